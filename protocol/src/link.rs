@@ -1,0 +1,207 @@
+//! The transport as the programs see it: one duplex connection to one peer.
+//!
+//! [`crate::ipc`] carries it over iceoryx2 shared memory between processes, [`crate::inprocess`] over plain memory
+//! between threads; both give bit-identical results. MPI or TCP between hosts would be a third implementation.
+
+use crate::failure::{Failure, FailureClass};
+use crate::header::{Header, Kind};
+
+/// Items a link can carry: plain numbers that are valid for any bit pattern.
+pub trait Item: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
+    /// The items seen as bytes, little-endian on every supported machine, for the checksum.
+    fn checksum(items: &[Self]) -> u32;
+    /// Index of the first item that is no finite number.
+    fn first_non_finite(items: &[Self]) -> Option<usize>;
+}
+
+impl Item for u8 {
+    fn checksum(items: &[Self]) -> u32 {
+        crc32fast::hash(items)
+    }
+    fn first_non_finite(_: &[Self]) -> Option<usize> {
+        None
+    }
+}
+
+impl Item for f64 {
+    fn checksum(items: &[Self]) -> u32 {
+        let mut hasher = crc32fast::Hasher::new();
+        let mut bytes = [0u8; 8 * 128];
+        for block in items.chunks(128) {
+            for (target, value) in bytes.chunks_exact_mut(8).zip(block) {
+                target.copy_from_slice(&value.to_le_bytes());
+            }
+            hasher.update(&bytes[..8 * block.len()]);
+        }
+        hasher.finalize()
+    }
+    fn first_non_finite(items: &[Self]) -> Option<usize> {
+        items.iter().position(|value| !value.is_finite())
+    }
+}
+
+/// What the receiver insists on; anything else is refused with a [`LinkError`] that says expected and found.
+#[derive(Debug, Clone, Copy)]
+pub struct Expect {
+    /// The message kind.
+    pub kind: Kind,
+    /// The coupling step.
+    pub step: u64,
+    /// Number of items, where it is known beforehand.
+    pub count: Option<usize>,
+}
+
+/// One duplex, lossless, lock-step connection to one peer.
+pub trait Link<T: Item> {
+    /// Name of the process at the other end.
+    fn peer(&self) -> &str;
+
+    /// Sends one message of `count` items; `fill` writes them straight into the memory that is shared.
+    ///
+    /// # Errors
+    /// [`LinkError::PeerSilent`] if the peer has not taken the previous message in time, [`LinkError::NoReceiver`],
+    /// [`LinkError::NonFinite`], [`LinkError::TooLarge`], [`LinkError::Aborted`].
+    fn send(&mut self, header: Header, count: usize, fill: &mut dyn FnMut(&mut [T])) -> Result<(), LinkError>;
+
+    /// Waits for the message `expect` names, checks it (magic, version, kind, step, count, checksum, finiteness)
+    /// and lets `read` look at it in place.
+    ///
+    /// # Errors
+    /// One variant of [`LinkError`] per check, [`LinkError::PeerSilent`] after the time-out, [`LinkError::Aborted`].
+    fn receive(
+        &mut self,
+        expect: Expect,
+        read: &mut dyn FnMut(&Header, &[T]),
+    ) -> Result<(), LinkError>;
+}
+
+/// Why a message was not sent or not accepted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LinkError {
+    /// The time-out passed.
+    #[error("{peer} has been silent for {waited_s:.1} s (limit {limit_s:.1} s)")]
+    PeerSilent {
+        /// Process at the other end.
+        peer: String,
+        /// Time waited, s.
+        waited_s: f64,
+        /// The time-out, s.
+        limit_s: f64,
+    },
+    /// The launcher called the run off, or this process was asked to stop.
+    #[error("the run was called off")]
+    Aborted,
+    /// A message was sent and nobody got it.
+    #[error("nobody receives what is sent to {peer}")]
+    NoReceiver {
+        /// Process at the other end.
+        peer: String,
+    },
+    /// The sender speaks another protocol version, or no Tidewall protocol at all.
+    #[error("protocol version of {peer}: expected {expected}, found {found}")]
+    Version {
+        /// Process at the other end.
+        peer: String,
+        /// Own version.
+        expected: u32,
+        /// The peer's version (0 if the magic word is wrong).
+        found: u32,
+    },
+    /// A message of another kind.
+    #[error("message from {peer}: expected kind {expected}, found {found}")]
+    Kind {
+        /// Process at the other end.
+        peer: String,
+        /// Kind waited for.
+        expected: u32,
+        /// Kind received.
+        found: u32,
+    },
+    /// A message of another step.
+    #[error("message from {peer}: expected step {expected}, found {found}")]
+    Step {
+        /// Process at the other end.
+        peer: String,
+        /// Step waited for.
+        expected: u64,
+        /// Step received.
+        found: u64,
+    },
+    /// A message of another size.
+    #[error("message from {peer}: expected {expected} values, found {found}")]
+    Count {
+        /// Process at the other end.
+        peer: String,
+        /// Number of items waited for.
+        expected: usize,
+        /// Number of items received.
+        found: usize,
+    },
+    /// The payload was damaged on its way.
+    #[error("checksum of the message from {peer} is wrong")]
+    Checksum {
+        /// Process at the other end.
+        peer: String,
+    },
+    /// A value that is no finite number, sent or received.
+    #[error("value {index} exchanged with {peer} is not finite")]
+    NonFinite {
+        /// Process at the other end.
+        peer: String,
+        /// Index in the message.
+        index: usize,
+    },
+    /// More items than the channel was made for.
+    #[error("a message of {count} values to {peer} exceeds the channel's {capacity}")]
+    TooLarge {
+        /// Process at the other end.
+        peer: String,
+        /// Number of items.
+        count: usize,
+        /// Capacity agreed on in the handshake.
+        capacity: usize,
+    },
+    /// A message that cannot be decoded.
+    #[error("a message from {peer} cannot be decoded: {what}")]
+    Garbled {
+        /// Process at the other end.
+        peer: String,
+        /// What the decoder says.
+        what: String,
+    },
+    /// The transport itself failed; `what` is its own word.
+    #[error("channel to {peer}: {what}")]
+    Transport {
+        /// Process at the other end.
+        peer: String,
+        /// What the transport says.
+        what: String,
+    },
+}
+
+impl LinkError {
+    /// The failure this error ends the run with: mismatches are refusals (exit 2), everything else a lost peer (exit 4).
+    pub fn into_failure(self, process: &str, step: u64, time_s: f64, phase: &str) -> Failure {
+        let class = match self {
+            Self::Version { .. } | Self::Count { .. } => FailureClass::Case,
+            Self::NonFinite { .. } => FailureClass::Numerical,
+            _ => FailureClass::Process,
+        };
+        Failure::new(class, process, phase, self.to_string()).at(step, time_s)
+    }
+}
+
+/// How a participant reaches the others: over iceoryx2, or in one process in tests.
+pub trait Transport {
+    /// The control link to the launcher.
+    ///
+    /// # Errors
+    /// [`LinkError::PeerSilent`] when the launcher has not made it in time, [`LinkError::Transport`].
+    fn control(&mut self) -> Result<Box<dyn Link<u8>>, LinkError>;
+
+    /// The data link to a peer; `send_capacity` is the number of values of the largest message this side sends.
+    ///
+    /// # Errors
+    /// [`LinkError::PeerSilent`] when the peer does not come in time, [`LinkError::Transport`].
+    fn connect(&mut self, peer: &str, send_capacity: usize) -> Result<Box<dyn Link<f64>>, LinkError>;
+}
