@@ -61,7 +61,17 @@ impl Failure {
     /// A failure before the first step, without value and hint.
     pub fn new(class: FailureClass, process: &str, phase: &str, what: impl Into<String>) -> Self {
         let (process, phase, what) = (process.to_owned(), phase.to_owned(), what.into());
-        Self { class, process, step: 0, time_s: 0.0, phase, what, value: None, limit: None, hint: String::new() }
+        Self {
+            class,
+            process,
+            step: 0,
+            time_s: 0.0,
+            phase,
+            what,
+            value: None,
+            limit: None,
+            hint: String::new(),
+        }
     }
 
     /// The same failure, placed at a step.
@@ -85,7 +95,11 @@ impl Failure {
 
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} failed in {} at step {} (t = {:.6} s): {}", self.process, self.phase, self.step, self.time_s, self.what)?;
+        write!(
+            f,
+            "{} failed in {} at step {} (t = {:.6} s): {}",
+            self.process, self.phase, self.step, self.time_s, self.what
+        )?;
         if let Some(value) = self.value {
             write!(f, "; value {value:.6e}")?;
         }

@@ -29,7 +29,7 @@ pub enum Kind {
 
 /// User header of every sample, in shared memory as it stands here.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Header {
     /// [`MAGIC`].
     pub magic: u64,

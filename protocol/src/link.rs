@@ -5,6 +5,7 @@
 
 use crate::failure::{Failure, FailureClass};
 use crate::header::{Header, Kind};
+use crate::interface::Contract;
 
 /// Items a link can carry: plain numbers that are valid for any bit pattern.
 pub trait Item: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
@@ -61,18 +62,15 @@ pub trait Link<T: Item> {
     /// # Errors
     /// [`LinkError::PeerSilent`] if the peer has not taken the previous message in time, [`LinkError::NoReceiver`],
     /// [`LinkError::NonFinite`], [`LinkError::TooLarge`], [`LinkError::Aborted`].
-    fn send(&mut self, header: Header, count: usize, fill: &mut dyn FnMut(&mut [T])) -> Result<(), LinkError>;
+    fn send(&mut self, header: Header, count: usize, fill: &mut dyn FnMut(&mut [T]))
+    -> Result<(), LinkError>;
 
     /// Waits for the message `expect` names, checks it (magic, version, kind, step, count, checksum, finiteness)
     /// and lets `read` look at it in place.
     ///
     /// # Errors
     /// One variant of [`LinkError`] per check, [`LinkError::PeerSilent`] after the time-out, [`LinkError::Aborted`].
-    fn receive(
-        &mut self,
-        expect: Expect,
-        read: &mut dyn FnMut(&Header, &[T]),
-    ) -> Result<(), LinkError>;
+    fn receive(&mut self, expect: Expect, read: &mut dyn FnMut(&Header, &[T])) -> Result<(), LinkError>;
 }
 
 /// Why a message was not sent or not accepted.
@@ -87,6 +85,14 @@ pub enum LinkError {
         waited_s: f64,
         /// The time-out, s.
         limit_s: f64,
+    },
+    /// A process is gone.
+    #[error("{peer} {how}")]
+    PeerLost {
+        /// The process.
+        peer: String,
+        /// How it ended, as a predicate: "was killed by signal 9".
+        how: String,
     },
     /// The launcher called the run off, or this process was asked to stop.
     #[error("the run was called off")]
@@ -137,6 +143,16 @@ pub enum LinkError {
         /// Number of items received.
         found: usize,
     },
+    /// The two ends of a data link are not made for the same run.
+    #[error("interface of {peer}: expected {expected}; found {found}")]
+    Contract {
+        /// Process at the other end.
+        peer: String,
+        /// Own contract, in words.
+        expected: String,
+        /// The peer's.
+        found: String,
+    },
     /// The payload was damaged on its way.
     #[error("checksum of the message from {peer} is wrong")]
     Checksum {
@@ -183,12 +199,32 @@ impl LinkError {
     /// The failure this error ends the run with: mismatches are refusals (exit 2), everything else a lost peer (exit 4).
     pub fn into_failure(self, process: &str, step: u64, time_s: f64, phase: &str) -> Failure {
         let class = match self {
-            Self::Version { .. } | Self::Count { .. } => FailureClass::Case,
+            Self::Version { .. } | Self::Contract { .. } => FailureClass::Case,
             Self::NonFinite { .. } => FailureClass::Numerical,
             _ => FailureClass::Process,
         };
         Failure::new(class, process, phase, self.to_string()).at(step, time_s)
     }
+}
+
+/// Exchanges contracts over a new data link; unequal ones are refused by both ends, each saying expected and found.
+///
+/// # Errors
+/// [`LinkError::Contract`], [`LinkError::Version`], or whatever the link says.
+pub fn agree(link: &mut dyn Link<f64>, mine: &Contract) -> Result<(), LinkError> {
+    let peer = link.peer().to_owned();
+    let values = mine.encode();
+    link.send(Header::new(Kind::Contract, 0, 0.0, 0.0), values.len(), &mut |out| {
+        out.copy_from_slice(&values)
+    })?;
+    let expect = Expect { kind: Kind::Contract, step: 0, count: Some(values.len()) };
+    let mut theirs = None;
+    link.receive(expect, &mut |_, values| theirs = Some(Contract::decode(values, &peer)))?;
+    let theirs = theirs.expect("a message that was received was read")?;
+    if theirs == *mine {
+        return Ok(());
+    }
+    Err(LinkError::Contract { peer, expected: mine.to_string(), found: theirs.to_string() })
 }
 
 /// How a participant reaches the others: over iceoryx2, or in one process in tests.

@@ -45,7 +45,8 @@ impl PhaseClock {
 
     /// The table so far.
     pub fn table(&self) -> Vec<PhaseTime> {
-        let row = |&(name, calls, wall_s): &(&str, u64, f64)| PhaseTime { name: name.to_owned(), calls, wall_s };
+        let row =
+            |&(name, calls, wall_s): &(&str, u64, f64)| PhaseTime { name: name.to_owned(), calls, wall_s };
         self.phases.iter().map(row).collect()
     }
 }

@@ -1,0 +1,130 @@
+//! `[[gauge]]`: what is recorded while the run goes; each becomes `series/<name>.csv`.
+
+use super::file::CaseFile;
+
+/// What a gauge records.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GaugeKind {
+    /// Solid: displacement of the material point that was at `point` in the unloaded body (`ux_m`, `uy_m`, `uz_m`).
+    Displacement {
+        /// `[D]` m.
+        point: Vec<f64>,
+    },
+    /// Solid: force (and moment about the origin) the support exerts (`fx_n`, ..., in 2-D per metre of depth).
+    Reaction,
+    /// Fluid: pressure at a point, also of a wall (`p_pa`).
+    Pressure {
+        /// `[D]` m.
+        point: Vec<f64>,
+    },
+    /// Fluid: farthest water along an axis (`x_m`).
+    Front {
+        /// 0, 1 or 2.
+        axis: usize,
+    },
+    /// Fluid: height of the water over the floor near a vertical line (`level_m`).
+    WaterLevel {
+        /// `[D]` m; its height does not matter.
+        point: Vec<f64>,
+    },
+    /// Fluid: force and moment about the origin on a face of the tank, or on the body (`fx_n`, ..., `mz_nm`).
+    Force {
+        /// Name of a tank face, or `body`.
+        on: String,
+    },
+    /// Both: kinetic, potential and (solid) strain energy (`kinetic_j`, ...).
+    Energy {
+        /// `fluid` or `solid`.
+        of: String,
+    },
+    /// Fluid: volume of the water (`volume_m3`, in 2-D per metre of depth).
+    Volume,
+    /// Fluid: departure from the hydrostatic pressure over all particles, relative to that at the floor (`l2_relative`).
+    HydrostaticError,
+}
+
+impl GaugeKind {
+    /// Whether the fluid records it; the solid records the others.
+    pub fn is_of_fluid(&self) -> bool {
+        match self {
+            Self::Displacement { .. } | Self::Reaction => false,
+            Self::Energy { of } => of == "fluid",
+            _ => true,
+        }
+    }
+}
+
+/// One gauge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gauge {
+    /// Its name, also of its file.
+    pub name: String,
+    /// What it records.
+    pub kind: GaugeKind,
+}
+
+const KINDS: [&str; 9] = [
+    "displacement",
+    "reaction",
+    "pressure",
+    "front",
+    "water_level",
+    "force",
+    "energy",
+    "volume",
+    "hydrostatic_error",
+];
+
+impl Gauge {
+    /// Reads all gauges of the case.
+    pub fn read_all(case: &CaseFile, dimension: usize) -> Vec<Self> {
+        let mut gauges: Vec<Self> = Vec::new();
+        for section in case.list("gauge") {
+            let name = section.text("name").about("Name of the gauge, also of its series file.").required();
+            let kind = section.choice("kind", &KINDS).about("What it records.").required();
+            let point = || {
+                section.required_vector("point", dimension, "m", "Where it is taken, in the unloaded body.")
+            };
+            let kind = match kind.as_str() {
+                "displacement" => GaugeKind::Displacement { point: point() },
+                "reaction" => GaugeKind::Reaction,
+                "pressure" => GaugeKind::Pressure { point: point() },
+                "front" => {
+                    let axis =
+                        section.choice("axis", &["x", "y", "z"][..dimension]).about("Along which axis.");
+                    let axis = axis.default("x");
+                    GaugeKind::Front { axis: (axis.as_bytes()[0] - b'x') as usize }
+                }
+                "water_level" => GaugeKind::WaterLevel { point: point() },
+                "force" => {
+                    let choices: Vec<_> =
+                        super::shared::face_names(dimension).iter().copied().chain(["body"]).collect();
+                    let on = section.choice("on", &choices).about("Tank face, or the body.").required();
+                    GaugeKind::Force { on }
+                }
+                "energy" => {
+                    let of =
+                        section.choice("of", &["fluid", "solid"]).about("Of which part.").default("fluid");
+                    GaugeKind::Energy { of }
+                }
+                "volume" => GaugeKind::Volume,
+                _ => GaugeKind::HydrostaticError,
+            };
+            section.finish();
+            let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c));
+            if name.is_empty() || !plain {
+                section.complain(
+                    "name",
+                    format!("\"{name}\" cannot name a file"),
+                    "letters, digits, - and _",
+                    "",
+                );
+            }
+            if name == "interface" || gauges.iter().any(|gauge| gauge.name == name) {
+                section.complain("name", format!("\"{name}\" is taken"), "a name of its own", "");
+            }
+            gauges.push(Self { name, kind });
+        }
+        gauges
+    }
+}

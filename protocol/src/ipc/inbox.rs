@@ -1,0 +1,123 @@
+//! Where a process waits: its event service, the ways a wait can end, and the rule that no wait is endless.
+
+use std::cell::{Cell, RefCell};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use iceoryx2::node::Node;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::ipc;
+
+use super::config::{self, ABORT, Events, broken};
+use super::stop_flag;
+use crate::link::LinkError;
+use crate::names::{self, RunNames};
+
+/// Longest uninterrupted sleep of a waiting process.
+pub(super) const SLICE: Duration = Duration::from_millis(100);
+
+/// Looks after the other processes between two slices of a wait.
+pub(super) type Watch = dyn FnMut() -> Result<(), LinkError>;
+
+/// One per process and run; shared by its links, which live on one thread.
+pub(super) struct Inbox {
+    process: String,
+    pub(super) node: Node<ipc::Service>,
+    listener: Listener<ipc::Service>,
+    _events: Events,
+    timeout: Cell<Duration>,
+    aborted: Cell<bool>,
+    watch: RefCell<Option<Box<Watch>>>,
+}
+
+impl Inbox {
+    pub(super) fn new(names: &RunNames, process: &str, timeout: Duration) -> Result<Self, LinkError> {
+        let node = config::node(names, process)?;
+        let events = config::events(&node, &names::inbox(process), process)?;
+        let listener = events.listener_builder().create().map_err(|error| broken(process, error))?;
+        let (process, timeout) = (process.to_owned(), Cell::new(timeout));
+        let (aborted, watch) = (Cell::new(false), RefCell::new(None));
+        Ok(Self { process, node, listener, _events: events, timeout, aborted, watch })
+    }
+
+    pub(super) fn process(&self) -> &str {
+        &self.process
+    }
+
+    pub(super) fn set_timeout(&self, timeout: Duration) {
+        self.timeout.set(timeout);
+    }
+
+    pub(super) fn timeout(&self) -> Duration {
+        self.timeout.get()
+    }
+
+    pub(super) fn set_watch(&self, watch: Box<Watch>) {
+        *self.watch.borrow_mut() = Some(watch);
+    }
+
+    /// The means to wake another process.
+    pub(super) fn bell(&self, process: &str) -> Result<Notifier<ipc::Service>, LinkError> {
+        let events = config::events(&self.node, &names::inbox(process), process)?;
+        events.notifier_builder().create().map_err(|error| broken(process, error))
+    }
+
+    /// Whether the run goes on.
+    pub(super) fn check(&self) -> Result<(), LinkError> {
+        let called_off = self.aborted.get() || stop_flag().load(Ordering::Relaxed);
+        if called_off { Err(LinkError::Aborted) } else { Ok(()) }
+    }
+
+    /// Sleeps until an event or the end of the slice; `Ok(true)` after an event.
+    fn sleep(&self, slice: Duration) -> Result<bool, LinkError> {
+        let mut aborted = false;
+        let slept = self.listener.timed_wait(|event| aborted |= event.id == ABORT, slice);
+        self.aborted.set(self.aborted.get() || aborted);
+        match slept {
+            Ok(events) => Ok(events > 0),
+            // A signal ends the slice; what it meant is in the stop flag or seen by the watch.
+            Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(false),
+            Err(error) => Err(broken(&self.process, error)),
+        }
+    }
+}
+
+/// One wait for one peer.
+pub(super) struct Patience<'a> {
+    inbox: &'a Inbox,
+    peer: &'a str,
+    limit: Option<Duration>,
+    start: Instant,
+}
+
+impl<'a> Patience<'a> {
+    /// A wait that ends after `limit`, or never by itself.
+    pub(super) fn new(inbox: &'a Inbox, peer: &'a str, limit: Option<Duration>) -> Self {
+        Self { inbox, peer, limit, start: Instant::now() }
+    }
+
+    /// Sleeps until something happens, at most for `slice`.
+    ///
+    /// # Errors
+    /// [`LinkError::Aborted`], [`LinkError::PeerSilent`] past the limit, or what the watch has seen.
+    pub(super) fn pause(&self, slice: Duration) -> Result<(), LinkError> {
+        self.inbox.check()?;
+        let woken = self.inbox.sleep(slice.min(SLICE))?;
+        self.inbox.check()?;
+        if woken {
+            return Ok(());
+        }
+        if let Some(watch) = self.inbox.watch.borrow_mut().as_mut() {
+            watch()?;
+        }
+        match self.limit {
+            Some(limit) if self.start.elapsed() >= limit => Err(LinkError::PeerSilent {
+                peer: self.peer.to_owned(),
+                waited_s: self.start.elapsed().as_secs_f64(),
+                limit_s: limit.as_secs_f64(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
