@@ -1,5 +1,7 @@
 //! The in-process transport: the same promises as between processes.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use std::thread;
@@ -43,12 +45,20 @@ fn control_works_both_ways() {
     let mut there = hub.transport("fluid");
     let peer = thread::spawn(move || {
         let mut control = there.control().unwrap();
-        control.receive(Expect { kind: Kind::Order, step: 1, count: Some(3) }, &mut |_, bytes| assert_eq!(bytes, b"act")).unwrap();
-        control.send(Header::new(Kind::Reply, 1, 0.0, 0.0), 4, &mut |target| target.copy_from_slice(b"done")).unwrap();
+        control
+            .receive(Expect { kind: Kind::Order, step: 1, count: Some(3) }, &mut |_, bytes| {
+                assert_eq!(bytes, b"act")
+            })
+            .unwrap();
+        control
+            .send(Header::new(Kind::Reply, 1, 0.0, 0.0), 4, &mut |target| target.copy_from_slice(b"done"))
+            .unwrap();
     });
     let mut control = hub.control("fluid");
     assert_eq!(control.peer(), "fluid");
-    control.send(Header::new(Kind::Order, 1, 0.0, 0.0), 3, &mut |target| target.copy_from_slice(b"act")).unwrap();
+    control
+        .send(Header::new(Kind::Order, 1, 0.0, 0.0), 3, &mut |target| target.copy_from_slice(b"act"))
+        .unwrap();
     let mut answer = Vec::new();
     let expect = Expect { kind: Kind::Reply, step: 1, count: None };
     control.receive(expect, &mut |_, bytes| answer.extend_from_slice(bytes)).unwrap();
@@ -62,13 +72,15 @@ fn another_version_or_count_is_refused() {
     let mut there = hub.transport("coupler");
     let peer = thread::spawn(move || {
         let mut link = there.connect("fluid", 8).unwrap();
-        let foreign = Header { protocol_version: PROTOCOL_VERSION + 1, ..Header::new(Kind::Load, 1, 0.0, 0.0) };
+        let foreign =
+            Header { protocol_version: PROTOCOL_VERSION + 1, ..Header::new(Kind::Load, 1, 0.0, 0.0) };
         link.send(foreign, 2, &mut |_| ()).unwrap();
         send(&mut *link, Kind::Load, 2, 0.0, &[1.0, 2.0]).unwrap();
     });
     let mut link = hub.transport("fluid").connect("coupler", 8).unwrap();
     let coupler = "coupler".to_owned();
-    let version = LinkError::Version { peer: coupler.clone(), expected: PROTOCOL_VERSION, found: PROTOCOL_VERSION + 1 };
+    let version =
+        LinkError::Version { peer: coupler.clone(), expected: PROTOCOL_VERSION, found: PROTOCOL_VERSION + 1 };
     assert_eq!(receive(&mut *link, 1, 2), Err(version));
     assert_eq!(receive(&mut *link, 2, 3), Err(LinkError::Count { peer: coupler, expected: 3, found: 2 }));
     peer.join().unwrap();

@@ -1,5 +1,7 @@
 //! The transport between processes: each test starts this very program again as the other process.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use std::path::Path;
@@ -11,7 +13,7 @@ use common::{CAPACITY, Echoed, bits, echo, receive, send, timed};
 use protocol::PROTOCOL_VERSION;
 use protocol::header::{Header, Kind};
 use protocol::ipc::{IpcServer, IpcTransport};
-use protocol::link::{Expect, Link, LinkError, Transport};
+use protocol::link::{Expect, LinkError, Transport};
 use protocol::names::{RunId, RunNames};
 use protocol::sweep;
 
@@ -77,7 +79,8 @@ fn the_other_process() {
         }
         "foreign version" => {
             let mut link = transport.connect("fluid", 8).unwrap();
-            let foreign = Header { protocol_version: PROTOCOL_VERSION + 1, ..Header::new(Kind::Load, 1, 0.0, 0.0) };
+            let foreign =
+                Header { protocol_version: PROTOCOL_VERSION + 1, ..Header::new(Kind::Load, 1, 0.0, 0.0) };
             link.send(foreign, 2, &mut |_| ()).unwrap();
             send(&mut *link, Kind::Load, 2, 0.0, &[1.0, 2.0]).unwrap();
             send(&mut *link, Kind::Motion, 3, 0.0, &[1.0]).unwrap();
@@ -148,7 +151,9 @@ fn control_works_both_ways_and_the_last_word_is_heard() {
     let server = IpcServer::new(&run.names, &["coupler"], LONG).unwrap();
     let mut control = server.control("coupler").unwrap();
     let child = run.spawn("control");
-    control.send(Header::new(Kind::Order, 1, 0.0, 0.0), 3, &mut |target| target.copy_from_slice(b"act")).unwrap();
+    control
+        .send(Header::new(Kind::Order, 1, 0.0, 0.0), 3, &mut |target| target.copy_from_slice(b"act"))
+        .unwrap();
     // The child ends with its answer unread: it has to linger.
     thread::sleep(SHORT);
     let mut answer = Vec::new();
@@ -164,7 +169,8 @@ fn another_version_count_kind_or_step_is_refused() {
     let child = run.spawn("foreign version");
     let mut link = run.fluid(LONG).connect("coupler", 8).unwrap();
     let peer = || "coupler".to_owned();
-    let version = LinkError::Version { peer: peer(), expected: PROTOCOL_VERSION, found: PROTOCOL_VERSION + 1 };
+    let version =
+        LinkError::Version { peer: peer(), expected: PROTOCOL_VERSION, found: PROTOCOL_VERSION + 1 };
     assert_eq!(receive(&mut *link, 1, 2), Err(version));
     assert_eq!(receive(&mut *link, 2, 3), Err(LinkError::Count { peer: peer(), expected: 3, found: 2 }));
     let kind = LinkError::Kind { peer: peer(), expected: Kind::Load as u32, found: Kind::Motion as u32 };
@@ -219,7 +225,8 @@ fn the_watch_ends_a_wait() {
     let died = LinkError::PeerLost { peer: "coupler".to_owned(), how: "was killed by signal 9".to_owned() };
     let seen = died.clone();
     server.set_watch(Box::new(move || Err(seen.clone())));
-    let (result, waited) = timed(|| control.receive(Expect { kind: Kind::Reply, step: 1, count: None }, &mut |_, _| ()));
+    let (result, waited) =
+        timed(|| control.receive(Expect { kind: Kind::Reply, step: 1, count: None }, &mut |_, _| ()));
     assert_eq!(result, Err(died));
     assert!(waited < Duration::from_secs(1), "{waited:?}");
 }
@@ -233,13 +240,14 @@ fn a_name_cannot_be_taken_twice() {
 }
 
 #[test]
-fn a_run_that_ends_in_order_leaves_only_its_root_folder() {
+fn a_run_that_ends_in_order_leaves_one_file_of_iceoryx2_and_its_root_folder() {
     let run = TestRun::new();
     let child = run.spawn("echo");
     let mut echoed = Echoed::new(&mut run.fluid(LONG), "coupler");
     echoed.end();
     assert!(succeeded(child));
     drop(echoed);
-    assert_eq!(shared_files(&run.names), 0);
+    // The management segment of the name space outlives its users by design; `TestRun` removes it, as every run.
+    assert_eq!(shared_files(&run.names), 1);
     assert!(run.names.root().exists());
 }

@@ -6,13 +6,13 @@ use protocol::header::{Header, Kind};
 use protocol::link::{Expect, Link, LinkError, Transport};
 
 /// Largest message of the tests, values.
-pub const CAPACITY: usize = 5000;
+pub(crate) const CAPACITY: usize = 5000;
 
 /// Time that ends an echo.
 const LAST: f64 = -1.0;
 
 /// Sends what it receives back to `peer`, bit for bit, until the last message.
-pub fn echo(transport: &mut dyn Transport, peer: &str) -> Result<(), LinkError> {
+pub(crate) fn echo(transport: &mut dyn Transport, peer: &str) -> Result<(), LinkError> {
     let mut link = transport.connect(peer, CAPACITY)?;
     let mut values = Vec::new();
     for step in 1.. {
@@ -31,22 +31,22 @@ pub fn echo(transport: &mut dyn Transport, peer: &str) -> Result<(), LinkError> 
 }
 
 /// The other end of [`echo`].
-pub struct Echoed {
+pub(crate) struct Echoed {
     link: Box<dyn Link<f64>>,
     step: u64,
 }
 
 impl Echoed {
-    pub fn new(transport: &mut dyn Transport, peer: &str) -> Self {
+    pub(crate) fn new(transport: &mut dyn Transport, peer: &str) -> Self {
         Self { link: transport.connect(peer, CAPACITY).unwrap(), step: 0 }
     }
 
     /// The values after their journey there and back.
-    pub fn journey(&mut self, values: &[f64]) -> Vec<f64> {
+    pub(crate) fn journey(&mut self, values: &[f64]) -> Vec<f64> {
         self.journey_at(0.25, values)
     }
 
-    pub fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.journey_at(LAST, &[]);
     }
 
@@ -65,23 +65,29 @@ impl Echoed {
 }
 
 /// Sends `values` as they are.
-pub fn send(link: &mut dyn Link<f64>, kind: Kind, step: u64, time: f64, values: &[f64]) -> Result<(), LinkError> {
+pub(crate) fn send(
+    link: &mut dyn Link<f64>,
+    kind: Kind,
+    step: u64,
+    time: f64,
+    values: &[f64],
+) -> Result<(), LinkError> {
     let header = Header::new(kind, step, time, 1.0e-4);
     link.send(header, values.len(), &mut |target| target.copy_from_slice(values))
 }
 
 /// Receives a load of `count` values at `step`.
-pub fn receive(link: &mut dyn Link<f64>, step: u64, count: usize) -> Result<(), LinkError> {
+pub(crate) fn receive(link: &mut dyn Link<f64>, step: u64, count: usize) -> Result<(), LinkError> {
     link.receive(Expect { kind: Kind::Load, step, count: Some(count) }, &mut |_, _| ())
 }
 
 /// Bits instead of numbers, so that -0.0 and 0.0 differ.
-pub fn bits(values: &[f64]) -> Vec<u64> {
+pub(crate) fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
 /// 200 slices of any finite numbers, 0 to 4096 of them, survive the journey bit for bit.
-pub fn any_slice_survives(echoed: &mut Echoed) {
+pub(crate) fn any_slice_survives(echoed: &mut Echoed) {
     use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
     use proptest::test_runner::{Config, TestRunner};
     let number = POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO;
@@ -96,7 +102,7 @@ pub fn any_slice_survives(echoed: &mut Echoed) {
 }
 
 /// What `work` gives, and how long it took.
-pub fn timed<R>(work: impl FnOnce() -> R) -> (R, Duration) {
+pub(crate) fn timed<R>(work: impl FnOnce() -> R) -> (R, Duration) {
     let start = Instant::now();
     let result = work();
     (result, start.elapsed())
