@@ -1,1 +1,22 @@
-//! placeholder
+//! The coupler, in the role of REVOCAP_Coupler: it takes the fluid's pressures and forces at its side of the interface,
+//! maps them to the solid's surface, predicts the interface motion for the fluid, and keeps the ledger of both sides.
+//!
+//! One coupling step is `step.rs`: one screen, one line a phase.
+//!
+//! Data layout: flat arrays, node after node, `D` components each; the fluid's side is the [`dummy_mesh::DummyMesh`],
+//! the solid's side its [`protocol::interface::Surface`]. In 2-D all forces are per metre of depth.
+//!
+//! Deliberately absent: any particle and any element; sub-iterations (the single-pass Robin wall needs none).
+
+pub mod added_mass;
+pub mod case;
+mod coupled;
+pub mod dummy_mesh;
+mod exchange;
+pub mod guard;
+pub mod ledger;
+pub mod load;
+pub mod mapping;
+pub mod motion;
+pub mod participant;
+mod step;

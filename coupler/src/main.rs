@@ -1,2 +1,7 @@
-//! placeholder
-fn main() {}
+//! The coupler as a program.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    protocol::participant::main(coupler::participant::PROGRAM)
+}

@@ -23,6 +23,7 @@ pub mod link;
 pub mod names;
 pub mod participant;
 pub mod phases;
+mod program;
 pub mod series;
 pub mod shm;
 pub mod sweep;

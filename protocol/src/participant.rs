@@ -12,6 +12,7 @@ use crate::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime, 
 use crate::failure::{Failure, FailureClass};
 use crate::header::{Header, Kind};
 use crate::link::{Expect, Link, LinkError, Transport};
+pub use crate::program::main;
 
 /// One side of a coupled run. A participant implements the orders its role gets; the others are refused.
 pub trait Participant {
@@ -83,12 +84,31 @@ pub struct Context {
 pub struct Program {
     /// Name of the executable and of the process in every message.
     pub name: &'static str,
+    /// Its place in the run: `fluid`, `solid` or `coupler`; the name its peers know it by.
+    pub role: &'static str,
     /// One line for `--help`.
     pub about: &'static str,
     /// Checks the program's part of a case.
     pub check: fn(&CaseFile) -> CheckReport,
     /// Makes the participant from a case that passed the check.
     pub build: fn(&CaseFile, &Context) -> Result<Box<dyn Participant>, Failure>,
+}
+
+/// A participant that could not be made: it says why when it is told to start.
+pub(crate) struct Stillborn(pub(crate) Failure);
+
+impl Participant for Stillborn {
+    fn start(&mut self, _: &Start, _: &mut dyn Transport) -> Result<Ready, Failure> {
+        Err(self.0.clone())
+    }
+
+    fn output(&mut self, _: u32, _: StepTime) -> Result<(), Failure> {
+        Err(self.0.clone())
+    }
+
+    fn account(&self) -> Account {
+        Account::default()
+    }
 }
 
 /// Obeys the launcher's orders until it says stop. A failure is reported to the launcher and returned.

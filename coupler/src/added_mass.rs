@@ -1,0 +1,61 @@
+//! Estimate of the added-mass ratio before a run: what decides which coupling scheme is stable.
+
+use protocol::case::Shared;
+
+use crate::case::Scheme;
+
+/// Largest added-mass ratio at which the conventional staggered scheme of order 0 is stable with the default
+/// integrator in a modal model; the real fluid's limit lies lower.
+const CSS_LIMIT: f64 = 2.8;
+
+/// r = rho_f l_a / (rho_s h) times the number of wet sides.
+///
+/// l_a is L / 1.9 for a wall of length L clamped at one end (beside open water), 0.7 of the water's depth for a plate
+/// held at both ends, the depth for a body that is not held. `None` without water, or for a rigid body.
+pub fn estimate(shared: &Shared) -> Option<f64> {
+    let (fluid, solid) = (shared.fluid.as_ref()?, shared.solid.as_ref()?);
+    let density = solid.density.filter(|_| solid.model == "fem")?;
+    let thickness_axis = solid.thickness_axis();
+    let depth = fluid.regions.iter().map(|region| region.length(1)).fold(0.0, f64::max);
+    let mut held = solid.clamped.iter().filter(|face| face.axis() != thickness_axis);
+    let length = match (held.next(), held.next()) {
+        (Some(face), None) => solid.region.length(face.axis()) / 1.9,
+        (Some(_), Some(_)) => 0.7 * depth,
+        (None, _) => depth,
+    };
+    let wall_mass = density * solid.region.length(thickness_axis);
+    Some(fluid.density * length / wall_mass * solid.wet_sides() as f64)
+}
+
+/// What a ratio means for a scheme, in words for the plan.
+pub fn meaning(ratio: f64, scheme: Scheme) -> String {
+    match scheme {
+        Scheme::Robin => {
+            format!("the wall carries {ratio:.1} times its own mass in water; Robin wall: stable")
+        }
+        Scheme::Css { .. } if ratio < 0.3 * CSS_LIMIT => "conventional staggered: stable".to_owned(),
+        Scheme::Css { .. } => format!(
+            "the wall carries {ratio:.1} times its own mass in water; conventional staggered is at or past its limit, \
+             a smaller step does not help"
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::case::CaseFile;
+
+    use super::*;
+
+    #[test]
+    fn the_paper_s_obstacle_carries_its_own_mass_in_water_per_wet_side() {
+        let text = "[case]\nname='a'\ndimension=2\n[domain]\nmin=[0,0]\nmax=[0.584,1]\n[fluid]\n[[fluid.region]]\n\
+                    min=[0,0]\nmax=[0.146,0.292]\n[solid]\nmin=[0.292,0]\nmax=[0.304,0.08]\ndensity=2500\n\
+                    clamped=['bottom']\n[time]\nend=1\nmax_dt=1e-3\n";
+        let shared = Shared::read(&CaseFile::parse("a", text, &[]));
+        let ratio = estimate(&shared).unwrap();
+        // 1000 * 0.08 / 1.9 / (2500 * 0.012) = 1.404 per side.
+        assert!((ratio - 2.0 * 1.404).abs() < 0.01, "{ratio}");
+        assert!(meaning(ratio, Scheme::Css { order: 1 }).contains("past its limit"));
+    }
+}

@@ -1,0 +1,181 @@
+//! The interface once both sides have shaken hands: its state, and the verdict on how it fares.
+
+use std::collections::BTreeMap;
+
+use protocol::case::Shared;
+use protocol::control::{Account, Start, StepReport};
+use protocol::failure::{Failure, FailureClass};
+use protocol::interface::{Contract, Surface};
+use protocol::link::{Link, Transport, agree};
+use protocol::participant::Context;
+use protocol::phases::PhaseClock;
+
+use crate::case::{OnGuard, Settings};
+use crate::dummy_mesh::DummyMesh;
+use crate::exchange::{receive_solid, receive_surface, refused, send_body_mesh};
+use crate::guard::{self, LoadJump};
+use crate::ledger::Ledger;
+use crate::load::{Load, total_area};
+use crate::mapping::Mapping;
+use crate::motion::{FluidMotion, SolidMotion};
+use crate::participant::NAME;
+
+/// Everything the coupler holds between two steps.
+pub(crate) struct Coupled {
+    pub(crate) settings: Settings,
+    pub(crate) surface: Surface,
+    pub(crate) dummy: DummyMesh,
+    pub(crate) mapping: Mapping,
+    /// The fluid's side of the motion.
+    pub(crate) motion: FluidMotion,
+    /// The solid's side of the motion, and its displacement one step before.
+    pub(crate) solid: SolidMotion,
+    pub(crate) displacement_before: Vec<f64>,
+    pub(crate) load: Load,
+    /// The solid's motion over the step, `[n, D]` m, on its own side and carried to the fluid's.
+    pub(crate) solid_step: Vec<f64>,
+    pub(crate) carried_step: Vec<f64>,
+    pub(crate) ledger: Ledger,
+    pub(crate) jump: LoadJump,
+    pub(crate) clock: PhaseClock,
+    pub(crate) fluid_link: Box<dyn Link<f64>>,
+    pub(crate) solid_link: Box<dyn Link<f64>>,
+    pub(crate) motion_len: usize,
+}
+
+impl Coupled {
+    /// Opens both data links, shakes hands, takes the solid's surface and gives the fluid its side.
+    pub(crate) fn connect(
+        shared: &Shared,
+        settings: &Settings,
+        context: &Context,
+        start: &Start,
+        transport: &mut dyn Transport,
+    ) -> Result<Self, Failure> {
+        let outline = shared.solid.as_ref().ok_or_else(|| missing("solid"))?;
+        let dimension = shared.header.dimension;
+        let contract = |nodes: Option<u64>| -> Result<Contract, Failure> {
+            let node_count = nodes.ok_or_else(|| missing("interface size"))? as usize;
+            Ok(Contract { dimension, node_count, end_time: shared.time.end, scene: context.scene })
+        };
+        let with_solid = contract(start.surface_nodes)?;
+        // A node has one marker per face it belongs to, at most one per axis.
+        let capacity = 8 + with_solid.node_count * dimension * (1 + dimension);
+        let mut solid_link = transport.connect("solid", capacity).map_err(refused("connect"))?;
+        agree(&mut *solid_link, &with_solid).map_err(refused("handshake"))?;
+        let surface = receive_surface(&mut *solid_link).map_err(refused("handshake"))?;
+        let mut solid = SolidMotion::default();
+        receive_solid(&mut *solid_link, 0, &surface, &mut solid).map_err(refused("handshake"))?;
+
+        let dummy = DummyMesh::span(outline, &settings.dummy_elements);
+        let mapping = Mapping::new(settings.mapping, &dummy, &surface)
+            .map_err(|error| Failure::new(FailureClass::Case, NAME, "mapping", error.to_string()))?;
+        let mut initial = vec![0.0; dummy.reference_position().len()];
+        mapping.spread_motion(&solid.displacement, &mut initial);
+        let rule = (settings.scheme, outline.model == "rigid", outline.prescribed);
+        let motion = FluidMotion::new(rule, dummy.reference_position(), &initial);
+        let response_mass = mapping
+            .spread_scalar(&surface.areal_mass)
+            .iter()
+            .map(|mass| settings.robin_factor * mass)
+            .collect();
+        let mesh = dummy.body_mesh(response_mass, motion.response());
+        let motion_len = mesh.motion_len();
+        let capacity = mesh.encode().len().max(motion_len);
+        let mut fluid_link = transport.connect("fluid", capacity).map_err(refused("connect"))?;
+        agree(&mut *fluid_link, &contract(start.dummy_nodes)?).map_err(refused("handshake"))?;
+        send_body_mesh(&mut *fluid_link, &mesh).map_err(refused("handshake"))?;
+
+        Ok(Self {
+            settings: settings.clone(),
+            load: Load::new(&dummy, &surface),
+            solid_step: vec![0.0; surface.node_count() * dimension],
+            carried_step: vec![0.0; dummy.node_count() * dimension],
+            ledger: Ledger::create(&context.folder, dimension, shared.output.series_every)?,
+            jump: LoadJump::new(hydrostatic_load(shared, &dummy), settings.ledger_window),
+            clock: PhaseClock::default(),
+            displacement_before: solid.displacement.clone(),
+            surface,
+            dummy,
+            mapping,
+            motion,
+            solid,
+            fluid_link,
+            solid_link,
+            motion_len,
+        })
+    }
+
+    /// Runs one phase and books its time.
+    pub(crate) fn timed<T>(&mut self, name: &'static str, phase: impl FnOnce(&mut Self) -> T) -> T {
+        let start = std::time::Instant::now();
+        let result = phase(self);
+        self.clock.add(name, start.elapsed().as_secs_f64());
+        result
+    }
+
+    /// The answer to an order; carries the verdict when the run must end on it.
+    pub(crate) fn report(&self) -> StepReport {
+        let stop = self.jump.diverges() || self.settings.on_guard == OnGuard::Stop;
+        let verdict = if stop { self.verdict() } else { None };
+        StepReport { admitted_dt: f64::INFINITY, substeps: 1, shown: None, verdict }
+    }
+
+    fn verdict(&self) -> Option<String> {
+        let jumps = self.jump.diverges() || self.jump.greatest() > guard::UNSTABLE;
+        let unstable = jumps || self.ledger.work_mismatch() > guard::MISMATCH;
+        unstable.then(|| "unstable_coupling".to_owned())
+    }
+
+    pub(crate) fn account(&self) -> Account {
+        let totals = self.ledger.totals();
+        let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let health = [
+            ("load_jump_mean", self.jump.mean()),
+            ("load_jump_greatest", self.jump.greatest()),
+            ("load_jump_restless_steps", self.jump.restless_steps() as f64),
+            ("work_mismatch", self.ledger.work_mismatch()),
+            ("interface_work_fluid_j", totals.fluid_work),
+            ("interface_work_solid_j", totals.solid_work),
+            ("pair_impulse_ns", norm(totals.pair_impulse)),
+            ("marker_impulse_ns", norm(totals.marker_impulse)),
+            ("mapping_force_imbalance", totals.force_imbalance),
+            ("mapping_moment_imbalance", totals.moment_imbalance),
+            ("mapping_work_imbalance", totals.work_imbalance),
+        ];
+        let health: BTreeMap<_, _> =
+            health.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        Account {
+            phases: self.clock.table(),
+            health,
+            verdicts: self.verdict().into_iter().collect(),
+            ..Account::default()
+        }
+    }
+
+    pub(crate) fn flush(&mut self) -> Result<(), Failure> {
+        self.ledger.flush()
+    }
+
+    pub(crate) fn marker_count(&self) -> usize {
+        self.load.marker_count()
+    }
+
+    pub(crate) fn node_count(&self) -> usize {
+        self.dummy.node_count()
+    }
+}
+
+fn missing(what: &str) -> Failure {
+    Failure::new(FailureClass::Bug, NAME, "start", format!("no {what} in the order"))
+}
+
+/// rho_f g H times the wetted area, N: the scale of the load of water at rest.
+fn hydrostatic_load(shared: &Shared, dummy: &DummyMesh) -> f64 {
+    let Some(fluid) = &shared.fluid else { return 0.0 };
+    let gravity =
+        shared.gravity.as_ref().map_or(0.0, |g| g.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt());
+    let top = fluid.regions.iter().map(|region| region.max[1]).fold(0.0, f64::max);
+    let floor = shared.domain.as_ref().map_or(0.0, |domain| domain.region.min[1]);
+    fluid.density * gravity * (top - floor) * total_area(dummy.facets(), dummy.reference_position())
+}

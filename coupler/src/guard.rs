@@ -1,0 +1,134 @@
+//! Watches the coupling for the instability that added mass brings: loads that change sign at every step.
+
+/// Wet steps the running load jump looks back on.
+const WINDOW: usize = 50;
+/// Running load jump above which the step is counted as restless.
+pub const RESTLESS: f64 = 0.5;
+/// Running load jump above which the verdict is `unstable_coupling`.
+pub const UNSTABLE: f64 = 1.0;
+/// Work mismatch above which the verdict is `unstable_coupling`.
+pub const MISMATCH: f64 = 0.1;
+/// Growth of the load per step that, with alternating sign, counts towards divergence.
+const GROWTH: f64 = 1.3;
+/// Steps of alternating growth after which the run cannot be saved.
+const GROWING_STEPS: u32 = 3;
+
+/// Load jump J = rms(F_n - F_n-1) / rms(F_n) of the total load, running over the last wet steps and over a window.
+#[derive(Debug, Clone)]
+pub struct LoadJump {
+    floor: f64,
+    last: Option<[f64; 3]>,
+    ring: Vec<(f64, f64)>,
+    next: usize,
+    window: (f64, f64),
+    sums: (f64, f64),
+    growing: u32,
+    greatest: f64,
+    restless_steps: u64,
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl LoadJump {
+    /// `hydrostatic` is rho_f g H times the wetted area, N: loads below a thousandth of it are dry; `window` is the
+    /// time over which the mean is taken, s.
+    pub fn new(hydrostatic: f64, window: (f64, f64)) -> Self {
+        let ring = Vec::with_capacity(WINDOW);
+        let floor = 1e-3 * hydrostatic;
+        Self {
+            floor,
+            last: None,
+            ring,
+            next: 0,
+            window,
+            sums: (0.0, 0.0),
+            growing: 0,
+            greatest: 0.0,
+            restless_steps: 0,
+        }
+    }
+
+    /// Takes the total load of one step, N.
+    pub fn book(&mut self, time: f64, load: [f64; 3]) {
+        let square = dot(load, load);
+        if square <= self.floor * self.floor {
+            self.last = Some(load);
+            return;
+        }
+        let Some(last) = self.last.replace(load) else { return };
+        let jump: [f64; 3] = std::array::from_fn(|axis| load[axis] - last[axis]);
+        let entry = (dot(jump, jump), square);
+        if self.ring.len() < WINDOW {
+            self.ring.push(entry);
+        } else {
+            self.ring[self.next] = entry;
+            self.next = (self.next + 1) % WINDOW;
+        }
+        if self.window.0 <= time && time <= self.window.1 {
+            self.sums = (self.sums.0 + entry.0, self.sums.1 + entry.1);
+        }
+        // Loads below the hydrostatic ones cannot be a divergence yet.
+        let alternates = dot(load, last) < 0.0 && square > (1e3 * self.floor).powi(2);
+        let grows = square > GROWTH * GROWTH * dot(last, last);
+        self.growing = if alternates && grows { self.growing + 1 } else { 0 };
+        if self.ring.len() == WINDOW {
+            self.greatest = self.greatest.max(self.running());
+            self.restless_steps += u64::from(self.running() > RESTLESS);
+        }
+    }
+
+    /// J over the last wet steps.
+    pub fn running(&self) -> f64 {
+        let (jump, load) = self.ring.iter().fold((0.0, 0.0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
+        if load > 0.0 { (jump / load).sqrt() } else { 0.0 }
+    }
+
+    /// J over the window of time.
+    pub fn mean(&self) -> f64 {
+        if self.sums.1 > 0.0 { (self.sums.0 / self.sums.1).sqrt() } else { 0.0 }
+    }
+
+    /// Greatest running J so far, over full windows.
+    pub fn greatest(&self) -> f64 {
+        self.greatest
+    }
+
+    /// Steps with a running J above [`RESTLESS`].
+    pub fn restless_steps(&self) -> u64 {
+        self.restless_steps
+    }
+
+    /// Whether the load grows with alternating sign and the run cannot be saved.
+    pub fn diverges(&self) -> bool {
+        self.growing >= GROWING_STEPS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jump_of(load: impl Fn(usize) -> f64) -> LoadJump {
+        let mut jump = LoadJump::new(1.0, (0.0, 1e9));
+        (0..200).for_each(|step| jump.book(step as f64, [load(step), 0.0, 0.0]));
+        jump
+    }
+
+    #[test]
+    fn a_smooth_load_is_calm_and_an_alternating_one_is_not() {
+        let smooth = jump_of(|step| 10.0 + (step as f64 * 0.05).sin());
+        assert!(smooth.greatest() < 0.01, "{}", smooth.greatest());
+        // F = (-1)^n: every jump is twice the load.
+        let alternating = jump_of(|step| if step % 2 == 0 { 1.0 } else { -1.0 });
+        assert!((alternating.mean() - 2.0).abs() < 1e-12 && alternating.greatest() > UNSTABLE);
+        assert!(!alternating.diverges());
+    }
+
+    #[test]
+    fn alternating_growth_is_a_divergence_and_dry_steps_are_not_counted() {
+        assert!(jump_of(|step| (-1.5_f64).powi(step as i32 % 100)).diverges());
+        assert_eq!(jump_of(|step| 1e-4 * (-1.0_f64).powi(step as i32)).mean(), 0.0);
+    }
+}

@@ -1,0 +1,143 @@
+//! Nearest projection: every node of the fluid's side follows the point of the solid's surface nearest to it, by the
+//! facet's own shape functions (linear on segments and triangles, bilinear on quadrilaterals).
+
+use protocol::interface::{Facets, InterfaceMarker, Surface};
+
+use super::MappingError;
+use crate::dummy_mesh::DummyMesh;
+
+type Point = [f64; 3];
+
+/// Where to project: node positions `[n, D]` m and the facets over them.
+struct Target<'a> {
+    dimension: usize,
+    position: &'a [f64],
+    facets: &'a Facets,
+}
+
+pub(super) fn rows(dummy: &DummyMesh, surface: &Surface) -> Result<Vec<Vec<(usize, f64)>>, MappingError> {
+    if surface.facets.is_empty() {
+        return Err(MappingError::NoFacet);
+    }
+    let dimension = surface.dimension;
+    let target = Target { dimension, position: &surface.reference_position, facets: &surface.facets };
+    Ok(dummy
+        .reference_position()
+        .chunks_exact(dimension)
+        .map(|point| project(point, &target, None))
+        .collect())
+}
+
+/// For every marker of the solid the markers of the fluid's side, on the same face, that give its traction, with weights.
+pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Vec<Vec<(usize, f64)>> {
+    let dimension = surface.dimension;
+    let target = Target { dimension, position: dummy.reference_position(), facets: dummy.facets() };
+    let markers = dummy.facets().markers();
+    let row = |marker: InterfaceMarker| {
+        let point = &surface.reference_position[marker.node * dimension..][..dimension];
+        let nodes = project(point, &target, Some(marker.face)).into_iter();
+        let entry = |(node, weight)| {
+            let found = markers.binary_search(&InterfaceMarker { face: marker.face, node });
+            (found.expect("every facet node has a marker of its face"), weight)
+        };
+        nodes.map(entry).collect()
+    };
+    surface.facets.markers().into_iter().map(row).collect()
+}
+
+fn padded(point: &[f64]) -> Point {
+    std::array::from_fn(|axis| point.get(axis).copied().unwrap_or_default())
+}
+
+/// Nodes and weights of the point of the facets (of one face only, if given) nearest to `point`.
+fn project(point: &[f64], target: &Target<'_>, face: Option<usize>) -> Vec<(usize, f64)> {
+    let point = &padded(point);
+    let mut best = (f64::INFINITY, Vec::new());
+    for facet in
+        (0..target.facets.len()).filter(|&facet| face.is_none_or(|face| target.facets.face[facet] == face))
+    {
+        let nodes = target.facets.facet(facet);
+        let corner = |&node: &usize| padded(&target.position[node * target.dimension..][..target.dimension]);
+        let corners: Vec<Point> = nodes.iter().map(corner).collect();
+        let weights = facet_weights(point, &corners);
+        let off = minus(point, &combine(&corners, &weights));
+        if dot(&off, &off) < best.0 {
+            best = (dot(&off, &off), nodes.iter().copied().zip(weights).collect());
+        }
+    }
+    best.1
+}
+
+/// Shape functions at the point of the facet nearest to `point`.
+fn facet_weights(point: &Point, corners: &[Point]) -> Vec<f64> {
+    match corners.len() {
+        2 => {
+            let t = segment_parameter(point, &corners[0], &corners[1]);
+            vec![1.0 - t, t]
+        }
+        3 => triangle_weights(point, corners),
+        _ => quadrilateral_weights(point, corners),
+    }
+}
+
+fn segment_parameter(point: &Point, a: &Point, b: &Point) -> f64 {
+    let edge = minus(b, a);
+    (dot(&minus(point, a), &edge) / dot(&edge, &edge)).clamp(0.0, 1.0)
+}
+
+fn triangle_weights(point: &Point, corners: &[Point]) -> Vec<f64> {
+    let (u, v, w) =
+        (minus(&corners[1], &corners[0]), minus(&corners[2], &corners[0]), minus(point, &corners[0]));
+    let (uu, uv, vv, wu, wv) = (dot(&u, &u), dot(&u, &v), dot(&v, &v), dot(&w, &u), dot(&w, &v));
+    let determinant = uu * vv - uv * uv;
+    let (s, t) = ((wu * vv - wv * uv) / determinant, (wv * uu - wu * uv) / determinant);
+    if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
+        return vec![1.0 - s - t, s, t];
+    }
+    let edges = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| {
+        let t = segment_parameter(point, &corners[a], &corners[b]);
+        let mut weights = vec![0.0; 3];
+        (weights[a], weights[b]) = (1.0 - t, t);
+        let off = minus(point, &combine(corners, &weights));
+        (dot(&off, &off), weights)
+    });
+    let nearest = edges.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.expect("a triangle has edges").1
+}
+
+/// Gauss-Newton on the local coordinates, kept in the facet; exact in one step on parallelograms.
+fn quadrilateral_weights(point: &Point, corners: &[Point]) -> Vec<f64> {
+    const SIGNS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let (mut xi, mut eta) = (0.0_f64, 0.0_f64);
+    let shape = |xi: f64, eta: f64| SIGNS.map(|(a, b)| 0.25 * (1.0 + a * xi) * (1.0 + b * eta)).to_vec();
+    for _ in 0..20 {
+        let off = minus(point, &combine(corners, &shape(xi, eta)));
+        let along = combine(corners, &SIGNS.map(|(a, b)| 0.25 * a * (1.0 + b * eta)));
+        let up = combine(corners, &SIGNS.map(|(a, b)| 0.25 * b * (1.0 + a * xi)));
+        let (uu, uv, vv) = (dot(&along, &along), dot(&along, &up), dot(&up, &up));
+        let (ru, rv) = (dot(&off, &along), dot(&off, &up));
+        let determinant = uu * vv - uv * uv;
+        let next_xi = (xi + (ru * vv - rv * uv) / determinant).clamp(-1.0, 1.0);
+        let next_eta = (eta + (rv * uu - ru * uv) / determinant).clamp(-1.0, 1.0);
+        let moved = (next_xi - xi).abs() + (next_eta - eta).abs();
+        (xi, eta) = (next_xi, next_eta);
+        if moved < 1e-14 {
+            break;
+        }
+    }
+    shape(xi, eta)
+}
+
+fn combine(corners: &[Point], weights: &[f64]) -> Point {
+    std::array::from_fn(|axis| {
+        corners.iter().zip(weights).map(|(corner, weight)| weight * corner[axis]).sum()
+    })
+}
+
+fn minus(a: &Point, b: &Point) -> Point {
+    std::array::from_fn(|axis| a[axis] - b[axis])
+}
+
+fn dot(a: &Point, b: &Point) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
