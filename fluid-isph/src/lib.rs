@@ -1,1 +1,42 @@
-//! placeholder
+//! Stabilised incompressible SPH for water with a free surface (the fluid of the paper).
+//!
+//! One step is read in `step.rs`; what it works on is [`Fluid`]. A [`Scene`] is the case as resolved, `case.rs` reads
+//! it from the file, `participant.rs` makes it a process of a coupled run.
+//!
+//! - [`kernel`], [`cells`], [`lattice`]: kernel, neighbour search, initial particles.
+//! - [`particles`], [`walls`], [`body`]: columns of water, wall and structure.
+//! - [`viscosity`], [`turbulence`], [`assembly`], [`source`], [`pressure`], [`wall_pressure`], [`correction`],
+//!   [`markers`]: one term of the method each.
+//! - [`gauges`], [`health`]: what is measured.
+//!
+//! Deliberately absent: any free-surface flag in the matrix, wall unknowns, particle shifting, position clamps.
+
+pub mod assembly;
+pub mod body;
+pub mod body_layout;
+pub mod cells;
+pub mod correction;
+pub mod error;
+pub mod fluid;
+pub mod gauges;
+pub mod health;
+pub mod kernel;
+pub mod lattice;
+pub mod markers;
+mod parallel;
+pub mod particles;
+pub mod pressure;
+pub mod scene;
+pub mod source;
+mod step;
+pub mod time_step;
+pub mod turbulence;
+pub mod vector;
+pub mod viscosity;
+pub mod wall_pressure;
+pub mod walls;
+
+pub use body::Motion;
+pub use error::{FluidError, SetupError, StepFault};
+pub use fluid::Fluid;
+pub use scene::Scene;

@@ -1,0 +1,41 @@
+//! One sub-step of the fluid: the table of contents of the method. One line is one phase is one timing column.
+//! Equation numbers are the paper's.
+
+use crate::error::StepFault;
+use crate::fluid::Fluid;
+
+impl<const D: usize> Fluid<D> {
+    /// Advances all particles by `dt` s, or by half, a quarter, ... of it if the water would move too far; returns
+    /// the time advanced.
+    pub(crate) fn step(&mut self, mut dt: f64) -> Result<f64, StepFault> {
+        self.timed("sort", Self::sort_particles);
+        if self.body.is_some() {
+            self.timed("place body", Self::place_body);
+        }
+        self.timed("assemble matrix", Self::assemble_matrix); // left side of (6), (8), (9); n_i by (7)
+        if self.turbulence.is_some() {
+            self.timed("eddy viscosity", Self::find_eddy_viscosity); // Smagorinsky
+        }
+        if self.viscosity.is_some() {
+            self.timed("viscosity", Self::find_viscous_acceleration); // first term of (3)
+        }
+        self.timed("precondition", Self::build_preconditioner);
+        loop {
+            self.timed("intermediate velocity", |fluid| fluid.find_intermediate_velocity(dt)); // (3)
+            self.timed("source", |fluid| fluid.assemble_source(dt)); // right side of (9)
+            self.timed("solve", Self::solve_pressure)?; // (9)
+            self.timed("wall pressure", |fluid| fluid.find_wall_pressure(dt));
+            self.timed("correct", |fluid| fluid.correct_velocity(dt)); // (4)
+            match self.timed("check", |fluid| fluid.shorter_step(dt))? {
+                Some(shorter) => dt = shorter,
+                None => break,
+            }
+        }
+        if self.body.is_some() {
+            self.timed("load", |fluid| fluid.find_load(dt)); // reaction to (4), markers by (7)
+        }
+        self.timed("move", |fluid| fluid.move_particles(dt)); // x += dt v, after every neighbour has read x
+        self.timed("check", |fluid| fluid.check_particles(dt))?;
+        Ok(dt)
+    }
+}
