@@ -63,6 +63,11 @@ impl Inbox {
         events.notifier_builder().create().map_err(|error| broken(process, error))
     }
 
+    /// Calls the run off for this process.
+    pub(super) fn abort(&self) {
+        self.aborted.set(true);
+    }
+
     /// Whether the run goes on.
     pub(super) fn check(&self) -> Result<(), LinkError> {
         let called_off = self.aborted.get() || stop_flag().load(Ordering::Relaxed);
@@ -103,7 +108,8 @@ impl<'a> Patience<'a> {
     /// [`LinkError::Aborted`], [`LinkError::PeerSilent`] past the limit, or what the watch has seen.
     pub(super) fn pause(&self, slice: Duration) -> Result<(), LinkError> {
         self.inbox.check()?;
-        let woken = self.inbox.sleep(slice.min(SLICE))?;
+        let left = self.limit.map_or(SLICE, |limit| limit.saturating_sub(self.start.elapsed()));
+        let woken = self.inbox.sleep(slice.min(SLICE).min(left))?;
         self.inbox.check()?;
         if woken {
             return Ok(());

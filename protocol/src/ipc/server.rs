@@ -51,8 +51,10 @@ impl IpcServer {
         self.inbox.set_watch(watch);
     }
 
-    /// Calls the run off: every wait of every participant ends with [`LinkError::Aborted`] at once.
+    /// Calls the run off: every wait of every participant ends with [`LinkError::Aborted`] at once, and so does
+    /// every further wait of the launcher.
     pub fn abort(&self) {
+        self.inbox.abort();
         for bell in &self.bells {
             // Fails only for a participant that is gone, which needs no waking.
             let _ = bell.notify_with_custom_event_id(ABORT);

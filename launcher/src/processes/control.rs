@@ -1,0 +1,82 @@
+//! The launcher's end of one control link: orders are numbered, and each has one answer.
+
+use protocol::control::{Order, Reply, StepTime, decode, encode};
+use protocol::failure::Failure;
+use protocol::header::{Header, Kind};
+use protocol::link::{Expect, Link, LinkError};
+
+/// What a participant is doing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Task {
+    /// Name of the order.
+    pub(super) phase: &'static str,
+    /// Step it belongs to, 0 before the first.
+    pub(super) step: u64,
+    /// Simulated time at its end, s.
+    pub(super) time_s: f64,
+}
+
+impl Task {
+    fn of(order: &Order) -> Self {
+        let (phase, at) = match order {
+            Order::Start(_) => ("start", None),
+            Order::Predict(at) => ("predict", Some(at)),
+            Order::Advance(at) => ("advance", Some(at)),
+            Order::Transfer(at) => ("transfer", Some(at)),
+            Order::Book(at) => ("book", Some(at)),
+            Order::Output { at, .. } => ("output", Some(at)),
+            Order::Stop => ("stop", None),
+        };
+        let StepTime { step, time, .. } = at.copied().unwrap_or(StepTime { step: 0, time: 0.0, dt: 0.0 });
+        Self { phase, step, time_s: time }
+    }
+
+    /// The failure of `process` in this task.
+    pub(super) fn failure(&self, process: &str, error: LinkError) -> Failure {
+        error.into_failure(process, self.step, self.time_s, self.phase)
+    }
+}
+
+/// One participant on the control channel.
+pub(super) struct Control {
+    pub(super) process: String,
+    link: Box<dyn Link<u8>>,
+    sequence: u64,
+    is_outstanding: bool,
+    pub(super) task: Task,
+}
+
+impl Control {
+    /// A participant whose first word is outstanding.
+    pub(super) fn new(process: &str, link: Box<dyn Link<u8>>) -> Self {
+        let task = Task { phase: "launch", step: 0, time_s: 0.0 };
+        Self { process: process.to_owned(), link, sequence: 0, is_outstanding: true, task }
+    }
+
+    pub(super) fn is_outstanding(&self) -> bool {
+        self.is_outstanding
+    }
+
+    pub(super) fn order(&mut self, order: &Order) -> Result<(), LinkError> {
+        let task = Task::of(order);
+        // Orders without a step of their own keep the place of the last one.
+        let (step, time_s) =
+            if task.step > 0 { (task.step, task.time_s) } else { (self.task.step, self.task.time_s) };
+        self.task = Task { phase: task.phase, step, time_s };
+        self.sequence += 1;
+        let bytes = encode(order);
+        let header = Header::new(Kind::Order, self.sequence, time_s, 0.0);
+        self.link.send(header, bytes.len(), &mut |target| target.copy_from_slice(&bytes))?;
+        self.is_outstanding = true;
+        Ok(())
+    }
+
+    pub(super) fn answer(&mut self) -> Result<Reply, LinkError> {
+        let expect = Expect { kind: Kind::Reply, step: self.sequence, count: None };
+        let mut reply = None;
+        let process = &self.process;
+        self.link.receive(expect, &mut |_, bytes| reply = Some(decode(bytes, process)))?;
+        self.is_outstanding = false;
+        reply.expect("a message that was received was read")
+    }
+}
