@@ -1,2 +1,7 @@
-//! placeholder
-fn main() {}
+//! `tidewall`, the command people type.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    launcher::cli::main()
+}

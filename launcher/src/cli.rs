@@ -1,0 +1,122 @@
+//! The command line.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use protocol::failure::{Failure, FailureClass};
+
+use crate::check::{CheckError, Checked};
+use crate::run::RunOptions;
+use crate::{check, diagnostics, plan, report, run};
+
+/// Fluid-structure interaction with free surfaces: water by stabilised incompressible SPH, structures by finite
+/// elements, each in a process of its own.
+#[derive(Parser)]
+#[command(name = "tidewall", version, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 2 case or usage rejected; 3 numerical failure; 4 a process died or fell \
+silent; 5 files, disk or shared memory; 130 interrupted; 70 a bug in Tidewall.";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Checks a case, plans it, runs it and writes the report.
+    ///
+    /// Example: tidewall run cases/dam-break-elastic/plane.toml --set fluid.spacing=0.006 --until 0.41
+    Run(RunArguments),
+    /// Finds everything that is wrong with a case before a run, and prints the plan.
+    ///
+    /// Example: tidewall check cases/dam-break-elastic/plane.toml
+    Check(CaseArguments),
+    /// Writes report.html again, or one page comparing several runs.
+    ///
+    /// Example: tidewall report runs/dam-break-elastic-plane-1 runs/dam-break-elastic-plane-2
+    Report {
+        /// Run folders; the page goes into the first one (compare.html for several).
+        #[arg(required = true)]
+        runs: Vec<PathBuf>,
+    },
+}
+
+#[derive(Args)]
+struct CaseArguments {
+    /// Case file (.toml).
+    case: PathBuf,
+
+    /// Overrides a key, such as fluid.spacing=0.006 or gauge[0].name=tip. May be given several times.
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    set: Vec<String>,
+
+    /// Replaces the end time, s; also by a later one.
+    #[arg(long, value_name = "SECONDS")]
+    until: Option<f64>,
+}
+
+#[derive(Args)]
+struct RunArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+
+    /// Run folder; it must not hold a run already. Default: runs/<case>-<n>.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Threads each solver computes with; only one solver computes at a time. Default: all cores.
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+}
+
+impl CaseArguments {
+    fn options(&self) -> Vec<String> {
+        let until = self.until.map(|end| format!("time.end={end:?}"));
+        self.set.iter().cloned().chain(until).collect()
+    }
+}
+
+/// Parses the command line and carries it out.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(arguments) => run_command(arguments),
+        Command::Check(arguments) => {
+            check_case(&arguments).map(|checked| print!("{}", plan::describe(&checked)))
+        }
+        Command::Report { runs } => report::command(&runs).map(|page| println!("{}", page.display())),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            match failure.class {
+                FailureClass::Interrupted => eprintln!("tidewall: {} (step {})", failure.what, failure.step),
+                _ if failure.what.is_empty() => {}
+                _ => eprintln!("tidewall: {failure}"),
+            }
+            ExitCode::from(failure.class.exit_code())
+        }
+    }
+}
+
+/// Checks a case; mistakes are printed here, with the lines they stand in.
+fn check_case(arguments: &CaseArguments) -> Result<Checked, Failure> {
+    check::check(&arguments.case, &arguments.options()).map_err(|error| match error {
+        CheckError::Mistakes { case, diagnostics } => {
+            eprint!("{}", diagnostics::render(&case, &diagnostics, std::io::stderr().is_terminal()));
+            Failure::new(FailureClass::Case, "tidewall", "check", String::new())
+        }
+        CheckError::Failed(failure) => failure,
+    })
+}
+
+fn run_command(arguments: RunArguments) -> Result<(), Failure> {
+    let checked = check_case(&arguments.case)?;
+    print!("{}", plan::describe(&checked));
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    let options = RunOptions { out: arguments.out, threads: arguments.threads.unwrap_or(all).max(1) };
+    let outcome = run::run(&checked, &options)?;
+    println!("{}", outcome.summary());
+    outcome.failure.map_or(Ok(()), Err)
+}
