@@ -1,1 +1,23 @@
-//! placeholder
+//! Total-Lagrangian finite elements for structures.
+//!
+//! [`scene::Scene`] -> [`solid::Solid`]; one step is in `step.rs`. Deliberately absent: any knowledge of the fluid.
+
+mod assembly;
+mod body;
+pub mod box_grid;
+pub mod element;
+pub mod error;
+mod facet;
+mod frequency;
+mod halving;
+pub mod integrator;
+pub mod linear;
+pub mod load;
+pub mod material;
+pub mod mesh;
+pub mod probe;
+pub mod scene;
+pub mod solid;
+mod step;
+
+pub use body::Counts;

@@ -1,0 +1,344 @@
+//! The body in motion: matrices, state, and the phases of one step that [`crate::step`] puts in order.
+
+use protocol::phases::PhaseClock;
+
+use crate::assembly::Assembly;
+use crate::error::Trouble;
+use crate::integrator::Coefficients;
+use crate::linear::block_matrix::BlockMatrix;
+use crate::linear::vector::Summation;
+use crate::linear::{LinearMethod, LinearSolver};
+use crate::load::{Loads, When};
+
+/// Newton iterations before an attempt is given up.
+const MAX_ITERATIONS: u32 = 25;
+
+/// A residual that falls by less than this asks for a new tangent.
+const KEEP_TANGENT_BELOW: f64 = 0.2;
+
+/// Relative tolerance of linear solves: the residual falls by about as much per iteration.
+const LINEAR_TOLERANCE: f64 = 1e-2;
+
+/// What defines the motion at one instant; all `[n, D]`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct State {
+    /// s.
+    pub(crate) time: f64,
+    /// m.
+    pub(crate) displacement: Vec<f64>,
+    /// m/s.
+    pub(crate) velocity: Vec<f64>,
+    /// m/s2.
+    pub(crate) acceleration: Vec<f64>,
+    /// N.
+    pub(crate) internal_force: Vec<f64>,
+    /// N.
+    pub(crate) external_force: Vec<f64>,
+}
+
+/// From where to where a step goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Span {
+    /// Length, s; infinite for statics.
+    pub(crate) dt: f64,
+    /// Loads at its end.
+    pub(crate) when: When,
+}
+
+/// Counts for the report.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Counts {
+    /// Steps asked for.
+    pub steps: u64,
+    /// Sub-steps taken in them.
+    pub substeps: u64,
+    /// Sub-steps in which the prediction stood.
+    pub skipped: u64,
+    /// Attempts that failed and were repeated with half the step.
+    pub halvings: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Tangents assembled.
+    pub tangents: u64,
+    /// Factorisations.
+    pub factorizations: u64,
+    /// Iterations of the conjugate gradients.
+    pub linear_iterations: u64,
+}
+
+/// The body, its state and the work arrays of a step.
+pub(crate) struct Body {
+    pub(crate) assembly: Assembly,
+    pub(crate) mass: BlockMatrix,
+    pub(crate) loads: Loads,
+    pub(crate) state: State,
+    pub(crate) trial: State,
+    pub(crate) counts: Counts,
+    pub(crate) clock: PhaseClock,
+    pub(crate) fixed: Vec<bool>,
+    stiffness: BlockMatrix,
+    system: BlockMatrix,
+    linear: LinearSolver,
+    pub(crate) coefficients: Coefficients,
+    /// Residual over the largest force at which a step is accepted.
+    pub(crate) tolerance: f64,
+    /// Residual over the largest force to aim for; between the two a residual is accepted once it falls no further.
+    pub(crate) aim: f64,
+    pub(crate) method: LinearMethod,
+    tangent_serves: bool,
+    /// Factors of mass and stiffness the system was combined with.
+    combined: Option<(f64, f64)>,
+    residual: Vec<f64>,
+    increment: Vec<f64>,
+    work: Vec<f64>,
+    summation: Summation,
+    balance: Balance,
+}
+
+/// How far the forces are from balance.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Balance {
+    norm: f64,
+    previous: f64,
+    limit: f64,
+    aim: f64,
+    iterations: u32,
+}
+
+impl Body {
+    pub(crate) fn new(
+        assembly: Assembly,
+        mass: BlockMatrix,
+        loads: Loads,
+        fixed: Vec<bool>,
+        (coefficients, tolerance): (Coefficients, f64),
+    ) -> Self {
+        let zeros = || vec![0.0; fixed.len()];
+        let state = State {
+            time: 0.0,
+            displacement: zeros(),
+            velocity: zeros(),
+            acceleration: zeros(),
+            internal_force: zeros(),
+            external_force: zeros(),
+        };
+        let empty = BlockMatrix::zeros(&assembly.pattern);
+        Self {
+            linear: LinearSolver::new(&assembly.pattern),
+            trial: state.clone(),
+            state,
+            counts: Counts::default(),
+            clock: PhaseClock::default(),
+            stiffness: empty.clone(),
+            system: empty,
+            coefficients,
+            tolerance,
+            aim: tolerance,
+            method: LinearMethod::Cholesky,
+            tangent_serves: false,
+            combined: None,
+            residual: zeros(),
+            increment: zeros(),
+            work: zeros(),
+            summation: Summation::new(fixed.len()),
+            balance: Balance::default(),
+            assembly,
+            mass,
+            loads,
+            fixed,
+        }
+    }
+
+    /// Runs one phase and books its time.
+    pub(crate) fn timed<T>(&mut self, name: &'static str, phase: impl FnOnce(&mut Self) -> T) -> T {
+        let mut clock = std::mem::take(&mut self.clock);
+        let result = clock.run(name, || phase(self));
+        self.clock = clock;
+        result
+    }
+
+    /// u1 = u0 + dt v0 + dt2 a0 / 2, v1 = v0 + dt a0, a1 = a0.
+    pub(crate) fn predict(&mut self, span: Span) {
+        let (state, trial, dt) = (&self.state, &mut self.trial, span.dt);
+        trial.acceleration.copy_from_slice(&state.acceleration);
+        for i in 0..self.fixed.len() {
+            trial.displacement[i] =
+                state.displacement[i] + dt * state.velocity[i] + 0.5 * dt * dt * state.acceleration[i];
+            trial.velocity[i] = state.velocity[i] + dt * state.acceleration[i];
+        }
+        trial.time = state.time + dt;
+        self.balance = Balance::default();
+    }
+
+    /// The last displacement again, at rest: the prediction of a static step.
+    pub(crate) fn predict_rest(&mut self, time: f64) {
+        self.trial.displacement.copy_from_slice(&self.state.displacement);
+        self.trial.velocity.fill(0.0);
+        self.trial.acceleration.fill(0.0);
+        self.trial.time = time;
+        self.balance = Balance::default();
+    }
+
+    /// Residual (1-af) (F1 - f1) + af (F0 - f0) - M [(1-am) a1 + am a0] at the trial state, and its limit.
+    pub(crate) fn balance(&mut self, span: Span) -> Result<(), Trouble> {
+        let Coefficients { alpha_m, alpha_f, .. } = self.effective(span.dt);
+        let trial = &mut self.trial;
+        self.loads.external_force(&trial.displacement, span.when, &mut trial.external_force);
+        self.assembly.internal_force(&trial.displacement, &mut trial.internal_force)?;
+        let is_static = span.dt.is_infinite();
+        if is_static {
+            self.increment.fill(0.0);
+        } else {
+            for i in 0..self.fixed.len() {
+                let (new, old) = (trial.acceleration[i], self.state.acceleration[i]);
+                self.work[i] = (1.0 - alpha_m) * new + alpha_m * old;
+            }
+            self.mass.multiply(&self.work, &mut self.increment);
+        }
+        let (trial, state) = (&self.trial, &self.state);
+        for i in 0..self.fixed.len() {
+            let new = trial.external_force[i] - trial.internal_force[i];
+            let old = if is_static { 0.0 } else { state.external_force[i] - state.internal_force[i] };
+            self.residual[i] = (1.0 - alpha_f) * new + alpha_f * old - self.increment[i];
+            if self.fixed[i] {
+                (self.residual[i], self.increment[i]) = (0.0, 0.0);
+            }
+        }
+        self.measure()
+    }
+
+    /// Norm of the residual and the limit it must fall below: the tolerance times the largest of the forces in balance.
+    fn measure(&mut self) -> Result<(), Trouble> {
+        let inertia = self.summation.norm(&self.increment);
+        let mut free_norm = |force: &[f64]| {
+            for i in 0..force.len() {
+                self.work[i] = if self.fixed[i] { 0.0 } else { force[i] };
+            }
+            self.summation.norm(&self.work)
+        };
+        let scale =
+            free_norm(&self.trial.external_force).max(free_norm(&self.trial.internal_force)).max(inertia);
+        self.balance.previous = self.balance.norm;
+        self.balance.norm = self.summation.norm(&self.residual);
+        self.balance.limit = self.tolerance * scale;
+        self.balance.aim = self.aim * scale;
+        let Balance { norm, previous, limit, iterations, .. } = self.balance;
+        if !norm.is_finite() {
+            return Err(Trouble::NonFinite);
+        }
+        if iterations > 0 && norm > KEEP_TANGENT_BELOW * previous {
+            self.tangent_serves = false;
+        }
+        if norm > limit && iterations >= MAX_ITERATIONS {
+            return Err(Trouble::Stalled { residual: norm, limit, iterations });
+        }
+        Ok(())
+    }
+
+    /// Whether the residual is as small as asked for, or below its limit and at the level of round-off.
+    pub(crate) fn is_balanced(&self) -> bool {
+        let Balance { norm, previous, limit, aim, iterations } = self.balance;
+        norm <= aim || (norm <= limit && iterations > 1 && norm > 0.5 * previous)
+    }
+
+    /// The tangent and the system made of it and the mass, where the last ones no longer serve.
+    pub(crate) fn assemble_tangent(&mut self, span: Span) -> Result<(), Trouble> {
+        let Coefficients { alpha_m, alpha_f, beta, .. } = self.effective(span.dt);
+        let factors = ((1.0 - alpha_m) / (beta * span.dt * span.dt), 1.0 - alpha_f);
+        if !self.tangent_serves {
+            self.assembly.tangent(&self.trial.displacement, &mut self.stiffness)?;
+            self.tangent_serves = true;
+            self.combined = None;
+            self.counts.tangents += 1;
+        }
+        if self.combined != Some(factors) {
+            let terms = self.mass.values.iter().zip(&self.stiffness.values);
+            for (value, (mass, stiffness)) in self.system.values.iter_mut().zip(terms) {
+                *value = factors.0 * mass + factors.1 * stiffness;
+            }
+            self.system.fix(&self.fixed);
+            self.combined = Some(factors);
+        }
+        Ok(())
+    }
+
+    /// The increment of the displacement that would remove the residual.
+    pub(crate) fn solve_linear(&mut self) -> Result<(), Trouble> {
+        let (system, residual) = (&self.system, &self.residual);
+        let result = self.linear.solve(self.method, system, residual, &mut self.increment, LINEAR_TOLERANCE);
+        self.counts.factorizations = self.linear.factorizations;
+        self.counts.linear_iterations = self.linear.iterations;
+        if result.is_err() {
+            self.tangent_serves = false;
+        }
+        result
+    }
+
+    /// Adds the increment to displacement, velocity and acceleration.
+    pub(crate) fn correct(&mut self, span: Span) {
+        let Coefficients { gamma, beta, .. } = self.coefficients;
+        let dt = span.dt;
+        for i in 0..self.fixed.len() {
+            let increment = self.increment[i];
+            self.trial.displacement[i] += increment;
+            if dt.is_finite() {
+                self.trial.velocity[i] += gamma / (beta * dt) * increment;
+                self.trial.acceleration[i] += increment / (beta * dt * dt);
+            }
+        }
+        self.balance.iterations += 1;
+        self.counts.newton_iterations += 1;
+    }
+
+    /// The trial state becomes the state.
+    pub(crate) fn accept(&mut self) {
+        self.counts.substeps += 1;
+        self.counts.skipped += u64::from(self.balance.iterations == 0);
+        std::mem::swap(&mut self.state, &mut self.trial);
+    }
+
+    /// Acceleration that balances the forces at the present displacement and velocity, unless they are in balance.
+    pub(crate) fn balance_acceleration(&mut self) -> Result<(), Trouble> {
+        let still = Span {
+            dt: f64::INFINITY,
+            when: When { time: self.state.time, fraction: 1.0, weight: 1.0, own: 1.0 },
+        };
+        self.predict_rest(self.state.time);
+        self.balance(still)?;
+        std::mem::swap(&mut self.state, &mut self.trial);
+        if self.is_balanced() {
+            return Ok(());
+        }
+        self.system.values.copy_from_slice(&self.mass.values);
+        self.system.fix(&self.fixed);
+        self.combined = None;
+        let method = LinearMethod::JacobiConjugateGradient;
+        self.linear.solve(method, &self.system, &self.residual, &mut self.state.acceleration, 1e-12)
+    }
+
+    /// Mass and stiffness for eigenvalues: assembles the tangent at the state, fixed components made identity.
+    pub(crate) fn stiffness_at_state(&mut self) -> Result<&BlockMatrix, Trouble> {
+        self.assembly.tangent(&self.state.displacement, &mut self.stiffness)?;
+        self.tangent_serves = false;
+        self.combined = None;
+        self.system.values.copy_from_slice(&self.stiffness.values);
+        self.system.fix(&self.fixed);
+        Ok(&self.system)
+    }
+
+    /// A static step has neither mass nor memory.
+    fn effective(&self, dt: f64) -> Coefficients {
+        if dt.is_infinite() {
+            Coefficients { alpha_m: 0.0, alpha_f: 0.0, ..self.coefficients }
+        } else {
+            self.coefficients
+        }
+    }
+
+    /// After a change that makes kept tangents and factors useless.
+    pub(crate) fn forget_tangent(&mut self) {
+        self.tangent_serves = false;
+        self.combined = None;
+        self.linear.forget();
+    }
+}

@@ -1,0 +1,238 @@
+//! External forces: weight, own loads on faces, and what the water does to the wet faces.
+
+use protocol::case::interpolate;
+use protocol::interface::Facets;
+
+use crate::facet::{corners, for_each_point};
+use crate::linear::block_matrix::BlockMatrix;
+use crate::scene::{FaceLoadKind, Scene};
+
+/// The load at the end of a step, as it comes from the coupler.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Load<'a> {
+    /// No water.
+    None,
+    /// Force on the interface nodes, `[n, D]` N (N/m in 2-D).
+    NodalForce(&'a [f64]),
+    /// Traction at the interface markers in the order of [`Facets::markers`], `[m, D]` Pa.
+    Traction(&'a [f64]),
+}
+
+/// Where in time the loads are taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct When {
+    /// Time, s.
+    pub(crate) time: f64,
+    /// Share of the step's interface load, from 0 (its start) to 1 (its end).
+    pub(crate) fraction: f64,
+    /// Factor on the weight.
+    pub(crate) weight: f64,
+    /// Factor on the own face loads.
+    pub(crate) own: f64,
+}
+
+/// Interface load at one instant; what does not act is zero.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Interface {
+    nodal: Vec<f64>,
+    traction: Vec<f64>,
+}
+
+/// All external loads of a body.
+#[derive(Debug, Clone)]
+pub(crate) struct Loads {
+    dimension: usize,
+    reference_position: Vec<f64>,
+    weight: Vec<f64>,
+    weight_table: Vec<(f64, f64)>,
+    own: Vec<Own>,
+    /// Wet facets in interface node numbers, the mesh node of each interface node, the marker of each facet corner.
+    facets: Facets,
+    interface_node: Vec<usize>,
+    marker: Vec<usize>,
+    start: Interface,
+    end: Interface,
+    has_traction: bool,
+}
+
+/// A face load and its facets in mesh node numbers; dead loads at factor 1.
+#[derive(Debug, Clone)]
+struct Own {
+    load: crate::scene::FaceLoad,
+    facets: Facets,
+    dead: Vec<f64>,
+}
+
+impl Loads {
+    pub(crate) fn new(
+        scene: &Scene,
+        mass: &BlockMatrix,
+        (facets, interface_node): (Facets, Vec<usize>),
+    ) -> Self {
+        let dimension = scene.grid.dimension;
+        let reference_position = scene.grid.reference_position();
+        let gravity: Vec<f64> =
+            (0..reference_position.len()).map(|component| scene.gravity[component % dimension]).collect();
+        let mut weight = vec![0.0; gravity.len()];
+        mass.multiply(&gravity, &mut weight);
+        let markers = facets.markers();
+        let marker = (0..facets.nodes.len())
+            .map(|corner| {
+                let face = facets.face[corner / facets.nodes_per_facet];
+                let wanted = protocol::interface::InterfaceMarker { face, node: facets.nodes[corner] };
+                markers.binary_search(&wanted).expect("every facet corner has a marker")
+            })
+            .collect();
+        let interface = Interface {
+            nodal: vec![0.0; interface_node.len() * dimension],
+            traction: vec![0.0; markers.len() * dimension],
+        };
+        let mut loads = Self {
+            dimension,
+            reference_position,
+            weight,
+            weight_table: scene.gravity_table.clone(),
+            own: Vec::new(),
+            facets,
+            interface_node,
+            marker,
+            start: interface.clone(),
+            end: interface,
+            has_traction: false,
+        };
+        for load in &scene.loads {
+            let facets = scene.grid.facets(&[load.face], scene.element.is_simplex());
+            let mut own = Own { load: load.clone(), facets, dead: Vec::new() };
+            own.dead = loads.dead_force(&own);
+            loads.own.push(own);
+        }
+        loads
+    }
+
+    /// Numbers a load must have: nodal forces, tractions.
+    pub(crate) fn lengths(&self) -> (usize, usize) {
+        (self.start.nodal.len(), self.start.traction.len())
+    }
+
+    /// Takes the load at the end of a step; the last one becomes that at its start.
+    pub(crate) fn receive(&mut self, load: Load<'_>) {
+        std::mem::swap(&mut self.start, &mut self.end);
+        self.end.nodal.fill(0.0);
+        self.end.traction.fill(0.0);
+        match load {
+            Load::None => {}
+            Load::NodalForce(force) => self.end.nodal.copy_from_slice(force),
+            Load::Traction(traction) => {
+                self.end.traction.copy_from_slice(traction);
+                self.has_traction = true;
+            }
+        }
+    }
+
+    /// The interface load at the end of the step, to be put back by [`Self::restore`].
+    pub(crate) fn save(&self, saved: &mut (Vec<f64>, Vec<f64>)) {
+        saved.0.clone_from(&self.end.nodal);
+        saved.1.clone_from(&self.end.traction);
+    }
+
+    /// Puts a saved load back as the last one received.
+    pub(crate) fn restore(&mut self, saved: &(Vec<f64>, Vec<f64>)) {
+        self.end.nodal.copy_from_slice(&saved.0);
+        self.end.traction.copy_from_slice(&saved.1);
+    }
+
+    /// Writes the external force at a displacement and time, `[n, D]` N.
+    pub(crate) fn external_force(&self, displacement: &[f64], when: When, force: &mut [f64]) {
+        let d = self.dimension;
+        let weight_factor = when.weight * interpolate(&self.weight_table, when.time);
+        for (force, weight) in force.iter_mut().zip(&self.weight) {
+            *force = weight_factor * weight;
+        }
+        for own in &self.own {
+            let factor = when.own * own.load.factor(when.time);
+            match own.load.kind {
+                FaceLoadKind::FollowerPressure(pressure) => {
+                    self.add_pressure(&own.facets, factor * pressure, displacement, force);
+                }
+                _ => force.iter_mut().zip(&own.dead).for_each(|(force, dead)| *force += factor * dead),
+            }
+        }
+        for (i, &node) in self.interface_node.iter().enumerate() {
+            for axis in 0..d {
+                let (a, b) = (self.start.nodal[i * d + axis], self.end.nodal[i * d + axis]);
+                force[node * d + axis] += a + when.fraction * (b - a);
+            }
+        }
+        if self.has_traction {
+            self.add_traction(when.fraction, displacement, force);
+        }
+    }
+
+    fn add_pressure(&self, facets: &Facets, pressure: f64, displacement: &[f64], force: &mut [f64]) {
+        let d = self.dimension;
+        let coordinate = |c: usize| self.reference_position[c] + displacement[c];
+        for facet in 0..facets.len() {
+            let (corners, count) = corners(facets, facet, d, |node| node, coordinate);
+            let nodes = facets.facet(facet);
+            for_each_point(&corners[..count], |shape, area| {
+                for (&node, shape) in nodes.iter().zip(shape) {
+                    for axis in 0..d {
+                        force[node * d + axis] -= shape * pressure * area[axis];
+                    }
+                }
+            });
+        }
+    }
+
+    fn add_traction(&self, fraction: f64, displacement: &[f64], force: &mut [f64]) {
+        let d = self.dimension;
+        let coordinate = |c: usize| self.reference_position[c] + displacement[c];
+        let traction = |marker: usize, axis: usize| {
+            let (a, b) = (self.start.traction[marker * d + axis], self.end.traction[marker * d + axis]);
+            a + fraction * (b - a)
+        };
+        for facet in 0..self.facets.len() {
+            let (corners, count) =
+                corners(&self.facets, facet, d, |node| self.interface_node[node], coordinate);
+            let nodes = self.facets.facet(facet);
+            let markers = &self.marker[facet * count..(facet + 1) * count];
+            for_each_point(&corners[..count], |shape, area| {
+                let area = (area[0] * area[0] + area[1] * area[1] + area[2] * area[2]).sqrt();
+                for axis in 0..d {
+                    let here: f64 =
+                        markers.iter().zip(shape).map(|(&m, shape)| shape * traction(m, axis)).sum();
+                    for (&node, shape) in nodes.iter().zip(shape) {
+                        force[self.interface_node[node] * d + axis] += shape * here * area;
+                    }
+                }
+            });
+        }
+    }
+
+    fn dead_force(&self, own: &Own) -> Vec<f64> {
+        let d = self.dimension;
+        let mut force = vec![0.0; self.reference_position.len()];
+        let at_rest = vec![0.0; force.len()];
+        match own.load.kind {
+            FaceLoadKind::FollowerPressure(_) => return Vec::new(),
+            FaceLoadKind::DeadPressure(pressure) => {
+                self.add_pressure(&own.facets, pressure, &at_rest, &mut force);
+            }
+            FaceLoadKind::DeadTraction(traction) => {
+                for facet in 0..own.facets.len() {
+                    let coordinate = |c: usize| self.reference_position[c];
+                    let (corners, count) = corners(&own.facets, facet, d, |node| node, coordinate);
+                    for_each_point(&corners[..count], |shape, area| {
+                        let area = (area[0] * area[0] + area[1] * area[1] + area[2] * area[2]).sqrt();
+                        for (&node, shape) in own.facets.facet(facet).iter().zip(shape) {
+                            for axis in 0..d {
+                                force[node * d + axis] += shape * traction[axis] * area;
+                            }
+                        }
+                    });
+                }
+            }
+        }
+        force
+    }
+}

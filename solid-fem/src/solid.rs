@@ -1,0 +1,326 @@
+//! The solid as its users see it: made from a scene, loaded, advanced, read.
+
+use protocol::interface::Surface;
+use protocol::phases::PhaseTime;
+
+use crate::assembly::Assembly;
+use crate::body::{Body, Counts, Span, State};
+use crate::error::{SolidError, Trouble};
+use crate::facet::cross;
+use crate::halving;
+use crate::linear::LinearMethod;
+use crate::load::{Load, Loads, When};
+use crate::mesh::Mesh;
+use crate::scene::Scene;
+use crate::step;
+
+/// A body under way.
+pub struct Solid {
+    scene: Scene,
+    surface: Surface,
+    /// Mesh node of each interface node.
+    interface_node: Vec<usize>,
+    body: Body,
+    saved: Saved,
+    retry: Saved,
+}
+
+/// Everything a step can be repeated from.
+#[derive(Debug, Clone, Default)]
+struct Saved {
+    state: State,
+    load: (Vec<f64>, Vec<f64>),
+}
+
+/// What a step took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Advance {
+    /// Sub-steps, 1 if nothing went wrong.
+    pub substeps: u32,
+    /// Newton iterations in all of them; 0 if the predictions stood.
+    pub newton_iterations: u64,
+}
+
+/// Energies, J (J/m in 2-D).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energies {
+    /// v.Mv / 2.
+    pub kinetic: f64,
+    /// Integral of S:E / 2.
+    pub strain: f64,
+}
+
+impl Energies {
+    /// Both together.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.strain
+    }
+}
+
+/// What the supports do to the body.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Reaction {
+    /// N (N/m in 2-D).
+    pub force: [f64; 3],
+    /// About the middle of the supported nodes in the reference configuration, N m.
+    pub moment: [f64; 3],
+}
+
+impl Solid {
+    /// Makes the body and finds its static equilibrium under its weight; at rest there, except that own loads that act
+    /// from the start accelerate it.
+    ///
+    /// # Errors
+    /// [`SolidError::Scene`] for a scene that is refused; run errors if the weight cannot be carried.
+    pub fn new(scene: Scene) -> Result<Self, SolidError> {
+        let mut solid = Self::in_reference(scene)?;
+        solid.settle(0.0, 1)?;
+        solid.body.balance_acceleration().map_err(|trouble| trouble.at(0, 0.0))?;
+        Ok(solid)
+    }
+
+    /// The static equilibrium under weight and own loads of time 0, reached in equal load steps (halved where needed).
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn new_static(scene: Scene, load_steps: u32) -> Result<Self, SolidError> {
+        let mut solid = Self::in_reference(scene)?;
+        solid.settle(1.0, load_steps)?;
+        Ok(solid)
+    }
+
+    /// The body without any load, at rest in its reference configuration; loads act from the first step on.
+    ///
+    /// # Errors
+    /// [`SolidError::Scene`] for a scene that is refused.
+    pub fn in_reference(scene: Scene) -> Result<Self, SolidError> {
+        scene.check()?;
+        let mesh = scene.mesh();
+        let element = scene.element.build(&mesh, scene.material());
+        let assembly = Assembly::new(mesh, element);
+        let mass = assembly.mass(scene.density);
+        let (surface, interface_node) =
+            scene.grid.surface(&scene.interface, scene.element.is_simplex(), scene.areal_mass());
+        let loads = Loads::new(&scene, &mass, (surface.facets.clone(), interface_node.clone()));
+        let settings = (scene.integrator.coefficients(), scene.newton_tolerance);
+        let body = Body::new(assembly, mass, loads, scene.fixed(), settings);
+        Ok(Self { scene, surface, interface_node, body, saved: Saved::default(), retry: Saved::default() })
+    }
+
+    /// Gives the body a motion, `[n, D]` of the mesh in m and m/s, with the acceleration that balances the forces.
+    ///
+    /// # Errors
+    /// An inverted element.
+    pub fn set_motion(&mut self, displacement: &[f64], velocity: &[f64]) -> Result<(), SolidError> {
+        self.body.state.displacement.copy_from_slice(displacement);
+        let time = self.body.state.time;
+        self.body.balance_acceleration().map_err(|trouble| trouble.at(self.body.counts.steps, time))?;
+        self.body.state.velocity.copy_from_slice(velocity);
+        Ok(())
+    }
+
+    fn settle(&mut self, own: f64, load_steps: u32) -> Result<(), SolidError> {
+        let body = &mut self.body;
+        if !body.fixed.contains(&true) {
+            return Ok(());
+        }
+        let tolerance = body.tolerance;
+        // Rest must be accepted unchanged by every later step: aim far below the tolerance.
+        (body.tolerance, body.aim) = (0.1 * tolerance, (1e-5 * tolerance).max(1e-12));
+        body.method = LinearMethod::Cholesky;
+        let mut at = |factor: f64| {
+            let when = When { time: 0.0, fraction: 1.0, weight: factor, own: own * factor };
+            body.forget_tangent();
+            step::static_step(body, Span { dt: f64::INFINITY, when })
+        };
+        let mut result = Ok(());
+        for load_step in 0..load_steps {
+            let factor = |fraction: f64| (f64::from(load_step) + fraction) / f64::from(load_steps);
+            result = result.and_then(|()| halving::cross(|_, to| at(factor(to))).map(|_| ()));
+        }
+        (body.tolerance, body.aim) = (tolerance, tolerance);
+        body.counts = Counts::default();
+        result.map_err(|trouble: Trouble| trouble.at(0, 0.0))
+    }
+
+    /// Advances by `dt` s under a load given at the end of the step (between its last value and this one it is linear).
+    /// A step that fails is repeated in halves; if it fails altogether the state stays as it was.
+    ///
+    /// # Errors
+    /// The run errors of [`SolidError`].
+    pub fn advance(&mut self, dt: f64, load: Load<'_>) -> Result<Advance, SolidError> {
+        let body = &mut self.body;
+        body.counts.steps += 1;
+        let (start, iterations) = (body.state.time, body.counts.newton_iterations);
+        let lengths = body.loads.lengths();
+        let (values, wanted) = match load {
+            Load::None => (&[][..], 0),
+            Load::NodalForce(force) => (force, lengths.0),
+            Load::Traction(traction) => (traction, lengths.1),
+        };
+        if values.len() != wanted || values.iter().any(|value| !value.is_finite()) || dt <= 0.0 || dt.is_nan()
+        {
+            return Err(SolidError::NonFinite { step: body.counts.steps, time_s: start });
+        }
+        self.retry.state.clone_from(&body.state);
+        body.loads.save(&mut self.retry.load);
+        body.loads.receive(load);
+        let courant = self.scene.wave_speed() / self.scene.smallest_cell();
+        let crossed = halving::cross(|from, to| {
+            let part = dt * (to - from);
+            body.method = LinearMethod::for_courant(courant * part);
+            let when = When { time: start + dt * to, fraction: to, weight: 1.0, own: 1.0 };
+            step::step(body, Span { dt: part, when })
+        });
+        match crossed {
+            Ok((substeps, failed)) => {
+                body.counts.halvings += failed;
+                Ok(Advance { substeps, newton_iterations: body.counts.newton_iterations - iterations })
+            }
+            Err(trouble) => {
+                let step = body.counts.steps;
+                body.state.clone_from(&self.retry.state);
+                body.loads.restore(&self.retry.load);
+                Err(trouble.at(step, start + dt))
+            }
+        }
+    }
+
+    /// Largest time step the solid admits, s: any.
+    pub fn admitted_dt(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Keeps the state and load for [`Self::restore`]. The enhanced strain parameters are functions of the
+    /// displacement, so they come back with it.
+    pub fn save(&mut self) {
+        self.saved.state.clone_from(&self.body.state);
+        self.body.loads.save(&mut self.saved.load);
+    }
+
+    /// Back to the state last saved; without one nothing happens.
+    pub fn restore(&mut self) {
+        if !self.saved.state.displacement.is_empty() {
+            self.body.state.clone_from(&self.saved.state);
+            self.body.loads.restore(&self.saved.load);
+        }
+    }
+
+    /// The scene it was made from.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.body.assembly.mesh
+    }
+
+    /// The wet faces: nodes, facets, areal mass.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// Mesh node of each interface node, `[interface nodes]`.
+    pub fn interface_nodes(&self) -> &[usize] {
+        &self.interface_node
+    }
+
+    /// Time, s.
+    pub fn time(&self) -> f64 {
+        self.body.state.time
+    }
+
+    /// Displacement of the mesh nodes, `[n, D]` m.
+    pub fn displacement(&self) -> &[f64] {
+        &self.body.state.displacement
+    }
+
+    /// Velocity of the mesh nodes, `[n, D]` m/s.
+    pub fn velocity(&self) -> &[f64] {
+        &self.body.state.velocity
+    }
+
+    /// Acceleration of the mesh nodes, `[n, D]` m/s2.
+    pub fn acceleration(&self) -> &[f64] {
+        &self.body.state.acceleration
+    }
+
+    /// Writes displacement m, velocity m/s and acceleration m/s2 of the interface nodes, one block `[n, D]` after the
+    /// other: the motion message.
+    pub fn write_interface_motion(&self, motion: &mut [f64]) {
+        let d = self.scene.grid.dimension;
+        let block = self.interface_node.len() * d;
+        let columns = [self.displacement(), self.velocity(), self.acceleration()];
+        for (target, column) in motion.chunks_exact_mut(block).zip(columns) {
+            for (target, &node) in target.chunks_exact_mut(d).zip(&self.interface_node) {
+                target.copy_from_slice(&column[node * d..node * d + d]);
+            }
+        }
+    }
+
+    /// Energies at the present state.
+    pub fn energies(&self) -> Energies {
+        let velocity = self.velocity();
+        let mut momentum = vec![0.0; velocity.len()];
+        self.body.mass.multiply(velocity, &mut momentum);
+        let kinetic = 0.5 * velocity.iter().zip(&momentum).map(|(v, p)| v * p).sum::<f64>();
+        Energies { kinetic, strain: self.body.assembly.strain_energy(self.displacement()) }
+    }
+
+    /// Force and moment of the supports on the body: M a + f - F at the fixed components.
+    pub fn reaction(&self) -> Reaction {
+        let (d, state, fixed) = (self.scene.grid.dimension, &self.body.state, &self.body.fixed);
+        let mut inertia = vec![0.0; fixed.len()];
+        self.body.mass.multiply(&state.acceleration, &mut inertia);
+        let position = &self.mesh().reference_position;
+        let supported: Vec<usize> = (0..self.mesh().node_count())
+            .filter(|node| fixed[node * d..node * d + d].contains(&true))
+            .collect();
+        let mut middle = [0.0; 3];
+        for &node in &supported {
+            (0..d).for_each(|axis| middle[axis] += position[node * d + axis] / supported.len() as f64);
+        }
+        let mut reaction = Reaction::default();
+        for &node in &supported {
+            let (mut force, mut arm) = ([0.0; 3], [0.0; 3]);
+            for axis in 0..d {
+                let i = node * d + axis;
+                arm[axis] = position[i] + state.displacement[i] - middle[axis];
+                if fixed[i] {
+                    force[axis] = inertia[i] + state.internal_force[i] - state.external_force[i];
+                }
+            }
+            let moment = cross(arm, force);
+            (0..3).for_each(|i| {
+                reaction.force[i] += force[i];
+                reaction.moment[i] += moment[i];
+            });
+        }
+        reaction
+    }
+
+    /// First natural frequency at the present state, Hz, by inverse iteration with the tangent stiffness.
+    ///
+    /// # Errors
+    /// [`SolidError::NotPositiveDefinite`] for a body that buckles or is not supported.
+    pub fn first_frequency(&mut self) -> Result<f64, SolidError> {
+        let time = self.time();
+        crate::frequency::first(&mut self.body).map_err(|trouble| trouble.at(self.body.counts.steps, time))
+    }
+
+    /// Which linear solver a time step leads to.
+    pub fn linear_method(&self, dt: f64) -> LinearMethod {
+        LinearMethod::for_courant(self.scene.wave_speed() * dt / self.scene.smallest_cell())
+    }
+
+    /// What the steps took so far.
+    pub fn counts(&self) -> Counts {
+        self.body.counts
+    }
+
+    /// Time per phase so far.
+    pub fn phases(&self) -> Vec<PhaseTime> {
+        self.body.clock.table()
+    }
+}
