@@ -80,6 +80,7 @@ pub(crate) struct Body {
     system: BlockMatrix,
     linear: LinearSolver,
     pub(crate) coefficients: Coefficients,
+    damping: f64,
     /// Residual over the largest force at which a step is accepted.
     pub(crate) tolerance: f64,
     /// Residual over the largest force to aim for; between the two a residual is accepted once it falls no further.
@@ -111,7 +112,7 @@ impl Body {
         mass: BlockMatrix,
         loads: Loads,
         fixed: Vec<bool>,
-        (coefficients, tolerance): (Coefficients, f64),
+        (coefficients, damping, tolerance): (Coefficients, f64, f64),
     ) -> Self {
         let zeros = || vec![0.0; fixed.len()];
         let state = State {
@@ -132,6 +133,7 @@ impl Body {
             stiffness: empty.clone(),
             system: empty,
             coefficients,
+            damping,
             tolerance,
             aim: tolerance,
             method: LinearMethod::Cholesky,
@@ -179,7 +181,8 @@ impl Body {
         self.balance = Balance::default();
     }
 
-    /// Residual (1-af) (F1 - f1) + af (F0 - f0) - M [(1-am) a1 + am a0] at the trial state, and its limit.
+    /// Residual (1-af) (F1 - f1) + af (F0 - f0) - M [(1-am) a1 + am a0 + damping ((1-af) v1 + af v0)] at the trial
+    /// state, and its limit.
     pub(crate) fn balance(&mut self, span: Span) -> Result<(), Trouble> {
         let Coefficients { alpha_m, alpha_f, .. } = self.effective(span.dt);
         let trial = &mut self.trial;
@@ -192,6 +195,8 @@ impl Body {
             for i in 0..self.fixed.len() {
                 let (new, old) = (trial.acceleration[i], self.state.acceleration[i]);
                 self.work[i] = (1.0 - alpha_m) * new + alpha_m * old;
+                let (new, old) = (trial.velocity[i], self.state.velocity[i]);
+                self.work[i] += self.damping * ((1.0 - alpha_f) * new + alpha_f * old);
             }
             self.mass.multiply(&self.work, &mut self.increment);
         }
@@ -243,8 +248,10 @@ impl Body {
 
     /// The tangent and the system made of it and the mass, where the last ones no longer serve.
     pub(crate) fn assemble_tangent(&mut self, span: Span) -> Result<(), Trouble> {
-        let Coefficients { alpha_m, alpha_f, beta, .. } = self.effective(span.dt);
-        let factors = ((1.0 - alpha_m) / (beta * span.dt * span.dt), 1.0 - alpha_f);
+        let Coefficients { alpha_m, alpha_f, gamma, beta } = self.effective(span.dt);
+        let inertia = (1.0 - alpha_m) / (beta * span.dt * span.dt);
+        let damping = (1.0 - alpha_f) * gamma * self.damping / (beta * span.dt);
+        let factors = (inertia + damping, 1.0 - alpha_f);
         if !self.tangent_serves {
             self.assembly.tangent(&self.trial.displacement, &mut self.stiffness)?;
             self.tangent_serves = true;
@@ -314,6 +321,16 @@ impl Body {
         self.combined = None;
         let method = LinearMethod::JacobiConjugateGradient;
         self.linear.solve(method, &self.system, &self.residual, &mut self.state.acceleration, 1e-12)
+    }
+
+    /// Computes M x of a column of the state, `[n, D]`, for [`Self::product`].
+    pub(crate) fn times_mass(&mut self, column: impl Fn(&State) -> &[f64]) {
+        self.mass.multiply(column(&self.state), &mut self.work);
+    }
+
+    /// The last product of [`Self::times_mass`].
+    pub(crate) fn product(&self) -> &[f64] {
+        &self.work
     }
 
     /// Mass and stiffness for eigenvalues: assembles the tangent at the state, fixed components made identity.

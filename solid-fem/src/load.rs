@@ -141,6 +141,13 @@ impl Loads {
         self.end.traction.copy_from_slice(&saved.1);
     }
 
+    /// Potential of the weight at a displacement and time, J: - sum of F.x.
+    pub(crate) fn weight_potential(&self, displacement: &[f64], time: f64) -> f64 {
+        let position = self.reference_position.iter().zip(displacement);
+        let work: f64 = self.weight.iter().zip(position).map(|(weight, (x, u))| weight * (x + u)).sum();
+        -work * interpolate(&self.weight_table, time)
+    }
+
     /// Writes the external force at a displacement and time, `[n, D]` N.
     pub(crate) fn external_force(&self, displacement: &[f64], when: When, force: &mut [f64]) {
         let d = self.dimension;

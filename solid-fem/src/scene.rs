@@ -35,6 +35,8 @@ pub struct Scene {
     pub gravity: [f64; 3],
     /// Times, s, and factors on gravity; linear between, constant outside. Empty: factor 1.
     pub gravity_table: Vec<(f64, f64)>,
+    /// Mass-proportional damping a of a M v, 1/s: free vibration decays as exp(-a t / 2); 0 for none.
+    pub damping: f64,
     /// Time integration.
     pub integrator: Integrator,
     /// Residual over the largest of the forces in balance at which Newton's method stops.
@@ -81,6 +83,7 @@ impl Scene {
             wet_sides: 2,
             gravity: [0.0; 3],
             gravity_table: Vec::new(),
+            damping: 0.0,
             integrator: Integrator::default(),
             newton_tolerance: 1.5e-6,
             loads: Vec::new(),
@@ -129,6 +132,7 @@ impl Scene {
         range("young_modulus", self.young_modulus, self.young_modulus > 0.0, "above 0")?;
         let nu = self.poisson_ratio;
         range("poisson_ratio", nu, (0.0..0.5).contains(&nu), "from 0 to below 0.5")?;
+        range("damping", self.damping, self.damping >= 0.0, "at least 0")?;
         let tolerance = self.newton_tolerance;
         range("newton_tolerance", tolerance, tolerance > 0.0 && tolerance < 0.1, "above 0 and below 0.1")?;
         self.integrator.check()

@@ -46,14 +46,16 @@ pub struct Advance {
 pub struct Energies {
     /// v.Mv / 2.
     pub kinetic: f64,
+    /// Of the weight: minus integral of rho g.x, zero at the origin.
+    pub potential: f64,
     /// Integral of S:E / 2.
     pub strain: f64,
 }
 
 impl Energies {
-    /// Both together.
+    /// All together.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.strain
+        self.kinetic + self.potential + self.strain
     }
 }
 
@@ -62,7 +64,7 @@ impl Energies {
 pub struct Reaction {
     /// N (N/m in 2-D).
     pub force: [f64; 3],
-    /// About the middle of the supported nodes in the reference configuration, N m.
+    /// About the origin, N m.
     pub moment: [f64; 3],
 }
 
@@ -102,7 +104,7 @@ impl Solid {
         let (surface, interface_node) =
             scene.grid.surface(&scene.interface, scene.element.is_simplex(), scene.areal_mass());
         let loads = Loads::new(&scene, &mass, (surface.facets.clone(), interface_node.clone()));
-        let settings = (scene.integrator.coefficients(), scene.newton_tolerance);
+        let settings = (scene.integrator.coefficients(), scene.damping, scene.newton_tolerance);
         let body = Body::new(assembly, mass, loads, scene.fixed(), settings);
         Ok(Self { scene, surface, interface_node, body, saved: Saved::default(), retry: Saved::default() })
     }
@@ -149,9 +151,21 @@ impl Solid {
     /// # Errors
     /// The run errors of [`SolidError`].
     pub fn advance(&mut self, dt: f64, load: Load<'_>) -> Result<Advance, SolidError> {
+        self.begin(dt, load)?;
+        let start = self.body.state.time;
+        let courant = self.scene.wave_speed() / self.scene.smallest_cell();
+        self.cross(dt, |body, from, to| {
+            let part = dt * (to - from);
+            body.method = LinearMethod::for_courant(courant * part);
+            let when = When { time: start + dt * to, fraction: to, weight: 1.0, own: 1.0 };
+            step::step(body, Span { dt: part, when })
+        })
+    }
+
+    /// Takes the load of a step and keeps what a failed one goes back to.
+    fn begin(&mut self, dt: f64, load: Load<'_>) -> Result<(), SolidError> {
         let body = &mut self.body;
         body.counts.steps += 1;
-        let (start, iterations) = (body.state.time, body.counts.newton_iterations);
         let lengths = body.loads.lengths();
         let (values, wanted) = match load {
             Load::None => (&[][..], 0),
@@ -160,30 +174,50 @@ impl Solid {
         };
         if values.len() != wanted || values.iter().any(|value| !value.is_finite()) || dt <= 0.0 || dt.is_nan()
         {
-            return Err(SolidError::NonFinite { step: body.counts.steps, time_s: start });
+            return Err(SolidError::NonFinite { step: body.counts.steps, time_s: body.state.time });
         }
         self.retry.state.clone_from(&body.state);
         body.loads.save(&mut self.retry.load);
         body.loads.receive(load);
-        let courant = self.scene.wave_speed() / self.scene.smallest_cell();
-        let crossed = halving::cross(|from, to| {
-            let part = dt * (to - from);
-            body.method = LinearMethod::for_courant(courant * part);
-            let when = When { time: start + dt * to, fraction: to, weight: 1.0, own: 1.0 };
-            step::step(body, Span { dt: part, when })
-        });
-        match crossed {
+        Ok(())
+    }
+
+    fn cross(
+        &mut self,
+        dt: f64,
+        mut part: impl FnMut(&mut Body, f64, f64) -> Result<(), Trouble>,
+    ) -> Result<Advance, SolidError> {
+        let body = &mut self.body;
+        let (step, end) = (body.counts.steps, body.state.time + dt);
+        let iterations = body.counts.newton_iterations;
+        match halving::cross(|from, to| part(body, from, to)) {
             Ok((substeps, failed)) => {
                 body.counts.halvings += failed;
                 Ok(Advance { substeps, newton_iterations: body.counts.newton_iterations - iterations })
             }
             Err(trouble) => {
-                let step = body.counts.steps;
                 body.state.clone_from(&self.retry.state);
                 body.loads.restore(&self.retry.load);
-                Err(trouble.at(step, start + dt))
+                Err(trouble.at(step, end))
             }
         }
+    }
+
+    /// Advances by `dt` s without inertia: the static equilibrium under the loads at the end of the step. In the first
+    /// step own loads grow from nothing when halves are needed.
+    ///
+    /// # Errors
+    /// The run errors of [`SolidError`].
+    pub fn advance_static(&mut self, dt: f64, load: Load<'_>) -> Result<Advance, SolidError> {
+        self.begin(dt, load)?;
+        let body = &mut self.body;
+        let (start, first) = (body.state.time, body.counts.steps == 1);
+        body.method = LinearMethod::Cholesky;
+        self.cross(dt, |body, _, to| {
+            let own = if first { to } else { 1.0 };
+            let when = When { time: start + dt * to, fraction: to, weight: 1.0, own };
+            step::static_step(body, Span { dt: f64::INFINITY, when })
+        })
     }
 
     /// Largest time step the solid admits, s: any.
@@ -260,35 +294,27 @@ impl Solid {
     }
 
     /// Energies at the present state.
-    pub fn energies(&self) -> Energies {
-        let velocity = self.velocity();
-        let mut momentum = vec![0.0; velocity.len()];
-        self.body.mass.multiply(velocity, &mut momentum);
-        let kinetic = 0.5 * velocity.iter().zip(&momentum).map(|(v, p)| v * p).sum::<f64>();
-        Energies { kinetic, strain: self.body.assembly.strain_energy(self.displacement()) }
+    pub fn energies(&mut self) -> Energies {
+        self.body.times_mass(|state| &state.velocity);
+        let body = &self.body;
+        let kinetic = 0.5 * dot(&body.state.velocity, body.product());
+        let height: f64 = body.loads.weight_potential(&body.state.displacement, body.state.time);
+        Energies { kinetic, potential: height, strain: body.assembly.strain_energy(&body.state.displacement) }
     }
 
-    /// Force and moment of the supports on the body: M a + f - F at the fixed components.
-    pub fn reaction(&self) -> Reaction {
+    /// Force and moment of the supports on the body: M a + f - F at the fixed components (which have no velocity).
+    pub fn reaction(&mut self) -> Reaction {
+        self.body.times_mass(|state| &state.acceleration);
         let (d, state, fixed) = (self.scene.grid.dimension, &self.body.state, &self.body.fixed);
-        let mut inertia = vec![0.0; fixed.len()];
-        self.body.mass.multiply(&state.acceleration, &mut inertia);
-        let position = &self.mesh().reference_position;
-        let supported: Vec<usize> = (0..self.mesh().node_count())
-            .filter(|node| fixed[node * d..node * d + d].contains(&true))
-            .collect();
-        let mut middle = [0.0; 3];
-        for &node in &supported {
-            (0..d).for_each(|axis| middle[axis] += position[node * d + axis] / supported.len() as f64);
-        }
+        let position = &self.body.assembly.mesh.reference_position;
         let mut reaction = Reaction::default();
-        for &node in &supported {
+        for node in (0..fixed.len() / d).filter(|node| fixed[node * d..node * d + d].contains(&true)) {
             let (mut force, mut arm) = ([0.0; 3], [0.0; 3]);
             for axis in 0..d {
                 let i = node * d + axis;
-                arm[axis] = position[i] + state.displacement[i] - middle[axis];
+                arm[axis] = position[i] + state.displacement[i];
                 if fixed[i] {
-                    force[axis] = inertia[i] + state.internal_force[i] - state.external_force[i];
+                    force[axis] = self.body.product()[i] + state.internal_force[i] - state.external_force[i];
                 }
             }
             let moment = cross(arm, force);
@@ -323,4 +349,8 @@ impl Solid {
     pub fn phases(&self) -> Vec<PhaseTime> {
         self.body.clock.table()
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

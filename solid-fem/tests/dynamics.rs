@@ -252,3 +252,24 @@ fn a_crushed_body_is_an_error_that_leaves_the_state() {
     assert!(solid.displacement().iter().all(|&u| u == 0.0));
     assert_eq!(solid.advance(1e-3, Load::None).unwrap().newton_iterations, 0);
 }
+
+/// Mass-proportional damping a: the amplitude falls as exp(-a t / 2).
+#[test]
+fn damped_vibration_decays_at_its_rate() {
+    let mut scene = obstacle(2, [1, 8, 1], None);
+    scene.integrator = Integrator::GeneralisedAlpha { rho_inf: 1.0 };
+    let probe = tip_probe(&scene);
+    let bent = Solid::new_static(pressed(scene.clone(), 1.0, false), 1).unwrap();
+    let damping = 4.0;
+    scene.damping = damping;
+    let mut solid = Solid::new(scene).unwrap();
+    solid.set_motion(bent.displacement(), &vec![0.0; bent.displacement().len()]).unwrap();
+    let energy = solid.energies().total();
+    let tip = probe.value(solid.displacement(), 2)[0];
+    for _ in 0..1000 {
+        solid.advance(1e-3, Load::None).unwrap();
+    }
+    assert!(tip > 0.0);
+    let fallen = (solid.energies().total() / energy).ln();
+    assert!((fallen + damping).abs() < 0.03 * damping, "{fallen}");
+}
