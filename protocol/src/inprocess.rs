@@ -12,10 +12,7 @@ use crate::checks::{self, MAX_LINGER};
 use crate::header::Header;
 use crate::link::{Expect, Item, Link, LinkError, Transport};
 use crate::names::LAUNCHER;
-use crate::shm::POOL;
-
-/// Largest order or reply, bytes.
-const CONTROL_CAPACITY: usize = 64 * 1024;
+use crate::shm::{CONTROL_CAPACITY, POOL};
 
 /// How long a wait may last.
 #[derive(Clone, Copy)]

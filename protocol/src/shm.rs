@@ -8,18 +8,32 @@ use std::path::Path;
 /// Where Linux keeps POSIX shared memory.
 pub const SHM_DIR: &str = "/dev/shm";
 
-/// Bytes a channel takes beside its payload (service and port management), generously rounded up from the about
-/// 60 kB that iceoryx2 0.10 uses for one direction between two processes.
-const CHANNEL_OVERHEAD: u64 = 256 * 1024;
+/// Bytes a channel takes beside its payload: iceoryx2 0.10 keeps about five small files per direction, a page of
+/// memory each, and reserves one aligned slot per item of a message. The files of the payload look many times larger
+/// than they are: memory is taken when it is written to.
+const CHANNEL_OVERHEAD: u64 = 64 * 1024;
 
 /// Samples each channel keeps in memory.
 pub(crate) const POOL: usize = 2;
+
+/// Largest order or reply, bytes.
+pub(crate) const CONTROL_CAPACITY: usize = 64 * 1024;
 
 /// One direction between two processes, as far as memory goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ChannelNeed {
     /// Largest message, bytes.
     pub message_bytes: u64,
+}
+
+/// The two directions of one control link.
+pub fn control_needs() -> [ChannelNeed; 2] {
+    [ChannelNeed { message_bytes: CONTROL_CAPACITY as u64 }; 2]
+}
+
+/// One direction of a data link with messages of up to `values` numbers.
+pub fn data_need(values: usize) -> ChannelNeed {
+    ChannelNeed { message_bytes: 8 * values as u64 }
 }
 
 /// `/dev/shm` has no room for the run.

@@ -8,7 +8,8 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant, SystemTime};
 
 use crate::names::{RunId, RunNames};
 use crate::shm::SHM_DIR;
@@ -18,6 +19,9 @@ const MEMBER: &str = "member-";
 
 /// A root folder without owner is given this long: its launcher may be about to write one.
 const OWNERLESS: Duration = Duration::from_secs(60);
+
+/// A launcher is given this long to vanish after its participants were told that it is going.
+const PARTING: Duration = Duration::from_millis(200);
 
 /// A process that cannot be mistaken for a later one with the same id.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -113,9 +117,22 @@ impl Drop for Member {
 pub(crate) fn leave(names: &RunNames) {
     // Already gone when the launcher has swept: nothing to do then.
     let _ = fs::remove_file(member_file(names.root()));
-    if names.root().exists() && !owner_is_alive(names.root()) && !has_living_member(names.root()) {
+    if names.root().exists() && !owner_is_here(names.root()) && !has_living_member(names.root()) {
         remove_run(names);
     }
+}
+
+/// Whether the launcher lives on. A process that was asked to stop looks for a while: the kernel asks as soon as the
+/// launcher's thread ends, which is a moment before the launcher is gone.
+fn owner_is_here(root: &Path) -> bool {
+    let start = Instant::now();
+    while owner_is_alive(root) {
+        if !crate::ipc::stop_flag().load(Ordering::Relaxed) || start.elapsed() > PARTING {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    false
 }
 
 fn member_file(root: &Path) -> PathBuf {

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
@@ -100,6 +101,12 @@ fn the_other_process() {
             let (result, waited) = timed(|| receive(&mut *link, 1, 1));
             assert_eq!(result, Err(LinkError::Aborted));
             assert!(waited < LONG / 2);
+        }
+        "come and hang" => {
+            let mut control = transport.control().unwrap();
+            let _link = transport.connect("fluid", 8).unwrap();
+            control.send(Header::new(Kind::Reply, 1, 0.0, 0.0), 0, &mut |_| ()).unwrap();
+            thread::sleep(LONG);
         }
         "hang" => {
             let _link = transport.connect("fluid", 8).unwrap();
@@ -218,6 +225,17 @@ fn a_silent_peer_and_a_dead_receiver_end_by_the_time_out() {
 }
 
 #[test]
+fn a_time_out_of_nothing_does_not_wait() {
+    let run = TestRun::new();
+    let server = IpcServer::new(&run.names, &["coupler"], Duration::ZERO).unwrap();
+    let mut control = server.control("coupler").unwrap();
+    let expect = Expect { kind: Kind::Reply, step: 1, count: None };
+    let (result, waited) = timed(|| control.receive(expect, &mut |_, _| ()));
+    assert!(matches!(result, Err(LinkError::PeerSilent { .. })), "{result:?}");
+    assert!(waited < Duration::from_secs(1), "{waited:?}");
+}
+
+#[test]
 fn the_watch_ends_a_wait() {
     let run = TestRun::new();
     let server = IpcServer::new(&run.names, &["coupler"], LONG).unwrap();
@@ -250,4 +268,34 @@ fn a_run_that_ends_in_order_leaves_one_file_of_iceoryx2_and_its_root_folder() {
     // The management segment of the name space outlives its users by design; `TestRun` removes it, as every run.
     assert_eq!(shared_files(&run.names), 1);
     assert!(run.names.root().exists());
+}
+
+#[test]
+fn the_need_that_is_computed_covers_what_is_used() {
+    use protocol::shm::{control_needs, data_need, needed_bytes};
+    let run = TestRun::new();
+    let server = IpcServer::new(&run.names, &["coupler"], LONG).unwrap();
+    let mut control = server.control("coupler").unwrap();
+    let mut child = run.spawn("come and hang");
+    let mut transport = run.fluid(LONG);
+    let mut link = transport.connect("coupler", 100_000).unwrap();
+    control.receive(Expect { kind: Kind::Reply, step: 1, count: Some(0) }, &mut |_, _| ()).unwrap();
+    // Shared memory is taken when it is written to: fill both channels, which the child does not read.
+    for step in 1..=2 {
+        let fill = &mut |target: &mut [u8]| target.fill(1);
+        control.send(Header::new(Kind::Order, step, 0.0, 0.0), 64 * 1024, fill).unwrap();
+        link.send(Header::new(Kind::Motion, step, 0.0, 0.0), 100_000, &mut |target| target.fill(1.0))
+            .unwrap();
+    }
+    let files = std::fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap());
+    let files = files.filter(|file| file.file_name().to_string_lossy().starts_with(run.names.prefix()));
+    let used: u64 = files.map(|file| 512 * file.metadata().unwrap().blocks()).sum();
+    let [order, reply] = control_needs();
+    let needed = needed_bytes(&[order, reply, data_need(100_000), data_need(8)]);
+    assert!(used <= needed, "{used} bytes used, {needed} computed");
+    assert!(needed < 2 * used, "{used} bytes used, {needed} computed");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    server.set_timeout(SHORT);
+    transport.set_timeout(SHORT);
 }

@@ -271,5 +271,5 @@ fn find<'a>(children: &'a mut [Child], name: &str) -> &'a mut Child {
 }
 
 fn refused(what: &str) -> Failure {
-    Failure::new(FailureClass::Resource, "launcher", "launch", what)
+    Failure::new(FailureClass::Resource, "tidewall", "launch", what)
 }

@@ -1,6 +1,7 @@
 //! Supervision, with this test program as the participants: what each does at its second step is in its
 //! environment.
 
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -12,7 +13,7 @@ use protocol::names::{RunId, RunNames};
 use protocol::participant::{Participant, serve};
 use rustix::process::{Pid, Signal, kill_process};
 
-use super::{Crew, Duty, Launch, ProcessSpec, Processes, Threads};
+use super::{Crew, Duty, Interrupt, Launch, ProcessSpec, Processes, Threads};
 
 const LONG: Duration = Duration::from_secs(60);
 const CONDUCT: &str = "TIDEWALL_TEST_CONDUCT";
@@ -64,10 +65,20 @@ impl Participant for Actor {
 #[test]
 fn the_other_process() {
     let Ok(conduct) = std::env::var(CONDUCT) else { return };
+    if conduct == "is interrupted" {
+        return be_interrupted();
+    }
     let arguments: Vec<String> = std::env::args().collect();
     let after = |flag| &arguments[1 + arguments.iter().position(|word| word == flag).unwrap()];
     let names = RunNames::new(after("--prefix"), Path::new(after("--root"))).unwrap();
     let name = std::env::var("TIDEWALL_TEST_NAME").unwrap();
+    let conduct = match conduct.strip_prefix("hangs, killed after ms ") {
+        Some(delay) => {
+            die_after(Duration::from_millis(delay.parse().unwrap()));
+            "hangs".to_owned()
+        }
+        None => conduct,
+    };
     let member = guard::guard(&names).unwrap();
     let mut transport = IpcTransport::new(&names, &name, LONG).unwrap();
     let served = serve(&name, &mut Actor { conduct }, &mut transport);
@@ -76,6 +87,28 @@ fn the_other_process() {
     if let Err(failure) = served {
         std::process::exit(i32::from(failure.class.exit_code()));
     }
+}
+
+fn die_after(delay: Duration) {
+    std::thread::spawn(move || {
+        std::thread::sleep(delay);
+        kill_process(Pid::from_raw(std::process::id().cast_signed()).unwrap(), Signal::KILL).unwrap();
+    });
+}
+
+/// Says how often it was interrupted.
+fn be_interrupted() {
+    let interrupt = Interrupt::install().unwrap();
+    println!("\nready");
+    while !interrupt.is_requested() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    println!("urgent: {}", interrupt.is_urgent());
+    while !interrupt.is_urgent() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    println!("now urgent");
+    std::thread::sleep(LONG);
 }
 
 /// A run of two actors; nothing is left of it.
@@ -167,6 +200,18 @@ fn a_killed_process_is_named_with_signal_and_step_within_a_second() {
         (failure.phase.as_str(), failure.what.as_str()),
         ("advance", "was killed by signal 9 (SIGKILL)")
     );
+}
+
+#[test]
+fn a_kill_at_any_instant_is_named_and_leaves_nothing() {
+    for delay in (0..15).chain([20, 30, 50]) {
+        let stage = Stage::new();
+        let fluid = format!("hangs, killed after ms {delay}");
+        let run = || play(&mut stage.start(&fluid, "well", LONG)?);
+        let failure = run().unwrap_err();
+        let found = (failure.process.as_str(), failure.what.as_str());
+        assert_eq!(found, ("fluid-isph", "was killed by signal 9 (SIGKILL)"), "after {delay} ms");
+    }
 }
 
 #[test]
@@ -273,6 +318,24 @@ fn a_program_that_is_no_participant_is_named() {
         failure.to_string(),
         "fluid-isph failed in launch at step 0 (t = 0.000000 s): ended before it was told to"
     );
+}
+
+#[test]
+fn the_first_interrupt_asks_the_second_hurries_the_third_ends() {
+    let mut command = std::process::Command::new(std::env::current_exe().unwrap());
+    command
+        .args(["--exact", "processes::tests::the_other_process", "--nocapture"])
+        .env(CONDUCT, "is interrupted");
+    let mut child = command.stdout(std::process::Stdio::piped()).spawn().unwrap();
+    let pid = Pid::from_raw(child.id().cast_signed()).unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+    for (signal, said) in
+        [(Signal::INT, "ready"), (Signal::TERM, "urgent: false"), (Signal::INT, "now urgent")]
+    {
+        assert!(lines.any(|line| line == said), "{said}");
+        kill_process(pid, signal).unwrap();
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(130));
 }
 
 #[test]

@@ -17,6 +17,9 @@ use crate::names::{self, RunNames};
 /// Longest uninterrupted sleep of a waiting process.
 pub(super) const SLICE: Duration = Duration::from_millis(100);
 
+/// Shortest sleep: a time-out of zero would mean an endless one to the socket below.
+const SHORTEST: Duration = Duration::from_millis(1);
+
 /// Looks after the other processes between two slices of a wait.
 pub(super) type Watch = dyn FnMut() -> Result<(), LinkError>;
 
@@ -109,7 +112,7 @@ impl<'a> Patience<'a> {
     pub(super) fn pause(&self, slice: Duration) -> Result<(), LinkError> {
         self.inbox.check()?;
         let left = self.limit.map_or(SLICE, |limit| limit.saturating_sub(self.start.elapsed()));
-        let woken = self.inbox.sleep(slice.min(SLICE).min(left))?;
+        let woken = self.inbox.sleep(slice.min(SLICE).min(left).max(SHORTEST))?;
         self.inbox.check()?;
         if woken {
             return Ok(());

@@ -11,9 +11,7 @@ use super::inbox::Inbox;
 use super::link::IpcLink;
 use crate::link::{Link, LinkError};
 use crate::names::{LAUNCHER, RunNames};
-
-/// Largest order or reply, bytes.
-pub(super) const CONTROL_CAPACITY: usize = 64 * 1024;
+use crate::shm::CONTROL_CAPACITY;
 
 /// The launcher in the run's name space. Made before the participants start; stays on its thread.
 pub struct IpcServer {

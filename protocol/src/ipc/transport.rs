@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use super::inbox::Inbox;
 use super::link::IpcLink;
-use super::server::CONTROL_CAPACITY;
 use crate::link::{Link, LinkError, Transport};
 use crate::names::{LAUNCHER, RunNames};
+use crate::shm::CONTROL_CAPACITY;
 
 /// The channels of one participant. Everything it gives stays on the thread that made it.
 pub struct IpcTransport {
