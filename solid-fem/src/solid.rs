@@ -75,9 +75,18 @@ impl Solid {
     /// # Errors
     /// [`SolidError::Scene`] for a scene that is refused; run errors if the weight cannot be carried.
     pub fn new(scene: Scene) -> Result<Self, SolidError> {
+        let mut solid = Self::new_at_weight(scene)?;
+        solid.body.balance_acceleration().map_err(|trouble| trouble.at(0, 0.0))?;
+        Ok(solid)
+    }
+
+    /// The same without the acceleration: the start of static steps.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn new_at_weight(scene: Scene) -> Result<Self, SolidError> {
         let mut solid = Self::in_reference(scene)?;
         solid.settle(0.0, 1)?;
-        solid.body.balance_acceleration().map_err(|trouble| trouble.at(0, 0.0))?;
         Ok(solid)
     }
 

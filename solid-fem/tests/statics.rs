@@ -115,6 +115,24 @@ fn turek_hron_csm1_and_csm2() {
     }
 }
 
+/// Plate of 1 m x 0.05 m clamped at both ends under its weight and 2 m of water, plane strain, E 67.5 GPa, rho 2700:
+/// mid deflection -6.85e-5 m at nu 0.34 and -7.05e-5 m at nu 0.3 (plate theory; N. J. Fourey et al., Comput. Phys.
+/// Commun. 217 (2017) 66, use it for coupled codes).
+#[test]
+fn hydrostatic_plate() {
+    for (ratio, expected) in [(0.34, -6.85e-5), (0.3, -7.05e-5)] {
+        let grid = BoxGrid { dimension: 2, minimum: [0.0; 3], maximum: [1.0, 0.05, 0.0], cells: [40, 1, 1] };
+        let mut scene = Scene::of_box(grid, 2700.0, 67.5e9, ratio);
+        scene.clamped = vec![Face::Left, Face::Right];
+        scene.gravity = [0.0, -9.81, 0.0];
+        let kind = FaceLoadKind::FollowerPressure(2.0 * 9810.0);
+        scene.loads = vec![FaceLoad { face: Face::Top, kind, table: Vec::new() }];
+        let solid = Solid::new_static(scene, 1).unwrap();
+        let middle = Probe::at(&grid, false, &[0.5, 0.025, 0.0]).unwrap().value(solid.displacement(), 2);
+        assert_close(middle[1], expected, 0.01, "mid deflection");
+    }
+}
+
 /// Between rollers a prismatic body of hexahedra is the plane strain body of quadrilaterals.
 #[test]
 fn hexahedra_between_rollers_are_plane_strain() {

@@ -58,7 +58,7 @@ pub trait Element: Send + Sync {
 
 /// The elements on offer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum ElementKind {
     /// 2-D, 4-node quadrilateral with 4 enhanced modes.
     Quad4Eas4,
@@ -77,9 +77,9 @@ impl ElementKind {
     /// Its name in the case file.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Quad4Eas4 => "quad4-eas4",
+            Self::Quad4Eas4 => "quad4_eas4",
             Self::Tri3 => "tri3",
-            Self::Hex8Eas9 => "hex8-eas9",
+            Self::Hex8Eas9 => "hex8_eas9",
             Self::Tet4 => "tet4",
         }
     }

@@ -1,0 +1,178 @@
+//! The elastic solid as a participant.
+
+use std::collections::BTreeMap;
+
+use protocol::case::{CaseFile, Shared};
+use protocol::control::{Account, Ready, Start, StepReport, StepTime};
+use protocol::failure::{Failure, FailureClass};
+use protocol::header::{Header, Kind};
+use protocol::interface::{ActingLoad, Contract};
+use protocol::link::{Expect, Link, LinkError, Transport, agree};
+use protocol::participant::{Context, Participant, Program};
+
+use crate::case::{Settings, check};
+use crate::load::Load;
+use crate::recorder::Recorder;
+use crate::solid::Solid;
+
+/// The solid's name in every message.
+pub const NAME: &str = "solid";
+
+/// The solid as a program.
+pub const PROGRAM: Program = Program {
+    name: "solid-fem",
+    role: NAME,
+    about: "Elastic solid by total-Lagrangian finite elements",
+    check,
+    build: |case, context| Ok(Box::new(FemSolid::new(case, context)?)),
+};
+
+/// The participant before and after the start.
+pub struct FemSolid {
+    shared: Shared,
+    settings: Settings,
+    context: Context,
+    running: Option<Running>,
+}
+
+/// What a run holds.
+struct Running {
+    solid: Solid,
+    recorder: Recorder,
+    coupler: Option<CouplerLink>,
+}
+
+/// The data link to the coupler and the last load that came over it.
+struct CouplerLink {
+    link: Box<dyn Link<f64>>,
+    motion_len: usize,
+    force_len: usize,
+    load: Vec<f64>,
+}
+
+impl FemSolid {
+    /// Reads the case; nothing is made yet.
+    ///
+    /// # Errors
+    /// A case without an elastic solid, or one that did not pass the check.
+    pub fn new(case: &CaseFile, context: &Context) -> Result<Self, Failure> {
+        let shared = Shared::read(case);
+        let settings = Settings::read(case, &shared);
+        if let Some(diagnostic) = case.diagnostics().first() {
+            return Err(Failure::new(FailureClass::Case, NAME, "start", diagnostic.to_string()));
+        }
+        let settings = settings.ok_or_else(|| {
+            Failure::new(FailureClass::Case, NAME, "start", "the case has no elastic solid")
+        })?;
+        // Fails if a pool is there already, as in tests that run several participants in one process.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(context.threads).build_global();
+        Ok(Self { shared, settings, context: context.clone(), running: None })
+    }
+
+    fn running(&mut self) -> Result<&mut Running, Failure> {
+        self.running.as_mut().ok_or_else(|| Failure::new(FailureClass::Bug, NAME, "order", "not started yet"))
+    }
+}
+
+impl Participant for FemSolid {
+    fn start(&mut self, start: &Start, transport: &mut dyn Transport) -> Result<Ready, Failure> {
+        let scene = self.settings.scene.clone();
+        let solid = if self.settings.is_static { Solid::new_at_weight(scene) } else { Solid::new(scene) };
+        let mut solid = solid.map_err(|error| error.into_failure("static_start"))?;
+        let coupler = match start.surface_nodes.filter(|_| self.shared.fluid.is_some()) {
+            None => None,
+            Some(_) => {
+                let contract = Contract {
+                    dimension: self.shared.header.dimension,
+                    node_count: solid.surface().node_count(),
+                    end_time: self.shared.time.end,
+                    scene: self.context.scene,
+                };
+                let link = CouplerLink::connect(&solid, &contract, transport);
+                Some(link.map_err(|error| error.into_failure(NAME, 0, 0.0, "handshake"))?)
+            }
+        };
+        let mut recorder = Recorder::create(&self.shared, &self.context.folder, &solid)?;
+        recorder.record(0.0, &mut solid)?;
+        let count = |name: &str, count: usize| (name.to_owned(), count as u64);
+        let counts = BTreeMap::from([
+            count("solid_nodes", solid.mesh().node_count()),
+            count("solid_elements", solid.mesh().element_count()),
+        ]);
+        let admitted_dt = solid.admitted_dt();
+        self.running = Some(Running { solid, recorder, coupler });
+        Ok(Ready { counts, admitted_dt })
+    }
+
+    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
+        let is_static = self.settings.is_static;
+        let Running { solid, recorder, coupler } = self.running()?;
+        let lost = |error: LinkError| error.into_failure(NAME, at.step, at.time, "exchange");
+        let load = match coupler {
+            Some(coupler) => coupler.receive_load(at).map_err(lost)?,
+            None => Load::None,
+        };
+        let done = if is_static { solid.advance_static(at.dt, load) } else { solid.advance(at.dt, load) };
+        let done = done.map_err(|error| error.into_failure("advance").at(at.step, at.time))?;
+        if let Some(coupler) = coupler {
+            coupler.send_motion(at, solid).map_err(lost)?;
+        }
+        recorder.record(at.time, solid)?;
+        let (admitted_dt, shown) = (solid.admitted_dt(), recorder.shown());
+        Ok(StepReport { admitted_dt, substeps: done.substeps, shown, verdict: None })
+    }
+
+    fn output(&mut self, frame: u32, at: StepTime) -> Result<(), Failure> {
+        let running = self.running()?;
+        running.recorder.output(frame, at.time, &running.solid)
+    }
+
+    fn account(&self) -> Account {
+        let Some(Running { solid, .. }) = &self.running else { return Account::default() };
+        let counts = solid.counts();
+        let per_step = |count: u64| count as f64 / counts.steps.max(1) as f64;
+        let health = [
+            ("solid_newton_iterations", per_step(counts.newton_iterations)),
+            ("solid_linear_iterations", per_step(counts.linear_iterations)),
+            ("solid_substeps", per_step(counts.substeps)),
+            ("solid_halvings", counts.halvings as f64),
+            ("solid_skipped_steps", counts.skipped as f64),
+            ("solid_tangents", counts.tangents as f64),
+            ("solid_factorizations", counts.factorizations as f64),
+        ];
+        let health = health.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        Account { phases: solid.phases(), health, ..Account::default() }
+    }
+}
+
+impl CouplerLink {
+    /// Shakes hands with the coupler, gives it the surface and the motion at the start.
+    fn connect(solid: &Solid, contract: &Contract, transport: &mut dyn Transport) -> Result<Self, LinkError> {
+        let surface = solid.surface();
+        let values = surface.encode();
+        let force_len = surface.node_count() * surface.dimension;
+        let load_len = 1 + force_len + surface.facets.markers().len() * surface.dimension;
+        let motion_len = 3 * force_len;
+        let mut link = transport.connect("coupler", values.len().max(motion_len))?;
+        agree(&mut *link, contract)?;
+        let header = Header::new(Kind::Surface, 0, 0.0, 0.0);
+        link.send(header, values.len(), &mut |out| out.copy_from_slice(&values))?;
+        let mut coupler = Self { link, motion_len, force_len, load: vec![0.0; load_len] };
+        coupler.send_motion(StepTime { step: 0, time: 0.0, dt: 0.0 }, solid)?;
+        Ok(coupler)
+    }
+
+    fn receive_load(&mut self, at: StepTime) -> Result<Load<'_>, LinkError> {
+        let expect = Expect { kind: Kind::Load, step: at.step, count: Some(self.load.len()) };
+        let load = &mut self.load;
+        self.link.receive(expect, &mut |_, values| load.copy_from_slice(values))?;
+        let (forces, tractions) = self.load[1..].split_at(self.force_len);
+        let is_traction = self.load[0] == f64::from(ActingLoad::Traction as u8);
+        Ok(if is_traction { Load::Traction(tractions) } else { Load::NodalForce(forces) })
+    }
+
+    fn send_motion(&mut self, at: StepTime, solid: &Solid) -> Result<(), LinkError> {
+        let header = Header::new(Kind::Motion, at.step, at.time, at.dt);
+        self.link.send(header, self.motion_len, &mut |out| solid.write_interface_motion(out))
+    }
+}
