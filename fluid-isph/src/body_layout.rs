@@ -35,6 +35,8 @@ pub struct LayoutRules<'a, const D: usize> {
     pub spacing: f64,
     /// Spacing asked for, m: a body of two of these is thick enough.
     pub asked_spacing: f64,
+    /// Wet sides across the wall, where the scene knows them.
+    pub wet: Option<[bool; 2]>,
     /// g, m/s2: the tank's floor and ceiling get no ghost rows.
     pub gravity: Vector<D>,
 }
@@ -209,7 +211,7 @@ impl<const D: usize> Patch<'_, D> {
         let least = lengths().fold(f64::INFINITY, f64::min);
         let greatest = lengths().fold(0.0, f64::max);
         let thickness = 0.5 * (least + greatest);
-        let wet = [self.is_wet(0), self.is_wet(1)];
+        let wet = rules.wet.unwrap_or_else(|| [self.is_wet(0), self.is_wet(1)]);
         if wet == [true; 2] && least < 2.0 * rules.asked_spacing.min(rules.spacing) * (1.0 - 1e-9) {
             return Err(SetupError::BodyTooThin { thickness: least, spacing: rules.spacing });
         }

@@ -1,12 +1,16 @@
 //! Neighbour search: a dense grid of cells with the kernel's support as edge, and points sorted by cell.
 //!
-//! The x axis runs fastest, so the three cells beside each other in a row are one contiguous range of points and the
-//! distance loop runs over plain columns.
+//! The x axis runs fastest and every cell is cut into four slices along it, so the part of a row of cells that a
+//! sphere can reach is one contiguous range of points, and the distance loop runs over plain columns. Cutting rows to
+//! the sphere halves the candidates in 3-D.
 
 use crate::vector::Vector;
 
 /// No cell of the stencil beyond 3^3.
 pub const STENCIL_MAX: usize = 27;
+
+/// Slices of a cell along x.
+const SLICES: usize = 4;
 
 /// A dense grid over everything the water can reach.
 #[derive(Debug, Clone)]
@@ -84,6 +88,22 @@ impl<const D: usize> Grid<D> {
         Some(cell)
     }
 
+    /// The slice of a point inside the grid.
+    #[inline(always)]
+    fn slice(&self, cell: usize, x: &Vector<D>) -> usize {
+        let at = (x[0] - self.origin[0]) * self.inverse_edge;
+        SLICES * cell + ((at - at.floor()) * SLICES as f64) as usize
+    }
+
+    /// Place of a point within its cell, 0..1 along each axis.
+    #[inline(always)]
+    fn fraction(&self, x: &Vector<D>) -> Vector<D> {
+        std::array::from_fn(|k| {
+            let at = (x[k] - self.origin[k]) * self.inverse_edge;
+            at - at.floor()
+        })
+    }
+
     /// The cells around `cell`, itself included, in the order of the stencil; `cell` must be an inner one.
     pub fn stencil(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
         self.row_offset.iter().flat_map(move |&row| (-1..=1).map(move |k| (cell as isize + row + k) as usize))
@@ -99,13 +119,13 @@ impl<const D: usize> Grid<D> {
 /// Points sorted by cell.
 #[derive(Debug, Clone, Default)]
 pub struct CellList<const D: usize> {
-    /// First sorted point of each cell, `[cells + 1]`.
+    /// First sorted point of each slice, `[4 cells + 1]`.
     start: Vec<u32>,
     /// Coordinates of the sorted points, one column per axis, m.
     coordinate: Vec<Vec<f64>>,
     /// Original number of each sorted point.
     order: Vec<u32>,
-    cell_of: Vec<u32>,
+    slice_of: Vec<u32>,
 }
 
 const OUTSIDE: u32 = u32::MAX;
@@ -113,28 +133,26 @@ const OUTSIDE: u32 = u32::MAX;
 impl<const D: usize> CellList<D> {
     /// Sorts points by cell, stable (counting sort); points outside the grid are left out.
     pub fn sort(&mut self, grid: &Grid<D>, points: &[Vector<D>]) {
-        self.cell_of.clear();
-        self.cell_of.extend(points.iter().map(|x| grid.cell(x).map_or(OUTSIDE, |cell| cell as u32)));
+        self.slice_of.clear();
+        let slice = |x| grid.cell(x).map_or(OUTSIDE, |cell| grid.slice(cell, x) as u32);
+        self.slice_of.extend(points.iter().map(slice));
+        let slices = SLICES * grid.len();
+        // Two places further on, so that after the points are placed each start stands where it belongs.
         self.start.clear();
-        self.start.resize(grid.len() + 1, 0);
-        for &cell in self.cell_of.iter().filter(|&&cell| cell != OUTSIDE) {
-            self.start[cell as usize + 1] += 1;
+        self.start.resize(slices + 2, 0);
+        for &slice in self.slice_of.iter().filter(|&&slice| slice != OUTSIDE) {
+            self.start[slice as usize + 2] += 1;
         }
-        for cell in 0..grid.len() {
-            self.start[cell + 1] += self.start[cell];
+        for slice in 0..slices {
+            self.start[slice + 2] += self.start[slice + 1];
         }
         self.order.clear();
-        self.order.resize(self.start[grid.len()] as usize, 0);
-        for (point, &cell) in self.cell_of.iter().enumerate().filter(|&(_, &cell)| cell != OUTSIDE) {
-            let place = &mut self.start[cell as usize];
+        self.order.resize(self.start[slices + 1] as usize, 0);
+        for (point, &slice) in self.slice_of.iter().enumerate().filter(|&(_, &slice)| slice != OUTSIDE) {
+            let place = &mut self.start[slice as usize + 1];
             self.order[*place as usize] = point as u32;
             *place += 1;
         }
-        // Each start has moved to the next one's place: shift back.
-        for cell in (1..=grid.len()).rev() {
-            self.start[cell] = self.start[cell - 1];
-        }
-        self.start[0] = 0;
         self.coordinate.resize(D, Vec::new());
         for (k, column) in self.coordinate.iter_mut().enumerate() {
             column.clear();
@@ -156,13 +174,13 @@ impl<const D: usize> CellList<D> {
     /// Sorted points of one cell.
     #[inline(always)]
     pub fn range(&self, cell: usize) -> std::ops::Range<usize> {
-        self.start[cell] as usize..self.start[cell + 1] as usize
+        self.start[SLICES * cell] as usize..self.start[SLICES * (cell + 1)] as usize
     }
 
     /// Whether any of the cells around `cell` holds a point.
     #[inline(always)]
     pub fn is_near(&self, grid: &Grid<D>, cell: usize) -> bool {
-        grid.rows(cell).any(|middle| self.start[middle + 2] > self.start[middle - 1])
+        grid.rows(cell).any(|middle| self.start[SLICES * (middle + 2)] > self.start[SLICES * (middle - 1)])
     }
 }
 
@@ -201,33 +219,60 @@ impl Neighbours {
         (support2, inverse_h2): (f64, f32),
     ) {
         let (cell, x) = at;
+        let fraction = grid.fraction(x);
+        let reach2 = support2 * grid.inverse_edge * grid.inverse_edge;
         let mut count = 0;
         for (row, middle) in grid.rows(cell).enumerate() {
-            let first = list.start[middle - 1] as usize;
-            let ends = [0, 1, 2].map(|k| list.start[middle + k] as usize);
-            let found = ends[2] - first;
+            let rest2 = reach2 - row_gap2(row, &fraction);
+            if rest2 <= 0.0 {
+                self.segment_end[3 * row..3 * row + 3].fill(count as u32);
+                continue;
+            }
+            let reach = rest2.sqrt() + 1e-9;
+            let slices = [fraction[0] - reach, fraction[0] + reach]
+                .map(|at| ((at + 1.0) * SLICES as f64) as i32 as usize);
+            let begin = SLICES * (middle - 1);
+            let first = list.start[begin + slices[0]] as usize;
+            let last = list.start[begin + (slices[1] + 1).min(3 * SLICES)] as usize;
+            let ends =
+                [SLICES, 2 * SLICES, 3 * SLICES].map(|k| (list.start[begin + k] as usize).clamp(first, last));
+            let found = last - first;
             if self.r2.len() < found {
-                self.r2.resize(found, 0.0);
+                self.r2.resize(2 * found, 0.0);
             }
             if self.index.len() < count + found {
-                self.index.resize(count + found, 0);
-                self.q2.resize(count + found, 0.0);
+                self.index.resize(2 * (count + found), 0);
+                self.q2.resize(2 * (count + found), 0.0);
             }
-            squared_distances(list, first, x, &mut self.r2[..found]);
-            let mut from = 0;
+            // Local slices: the columns cannot alias, their places need no reloading.
+            let (r2, index, q2) =
+                (&mut self.r2[..found], &mut self.index[..count + found], &mut self.q2[..count + found]);
+            squared_distances(list, first, x, r2);
+            let mut from = first;
             for (k, end) in ends.into_iter().enumerate() {
-                for candidate in from..end - first {
-                    let r2 = self.r2[candidate];
-                    self.index[count] = (first + candidate) as u32;
-                    self.q2[count] = r2 as f32 * inverse_h2;
+                for (candidate, &r2) in (from as u32..end as u32).zip(&r2[from - first..end - first]) {
+                    index[count] = candidate;
+                    q2[count] = r2 as f32 * inverse_h2;
                     count += usize::from(r2 < support2);
                 }
-                from = end - first;
+                from = end;
                 self.segment_end[3 * row + k] = count as u32;
             }
         }
         self.count = count;
     }
+}
+
+/// Squared distance of a point from a row of cells beside its own, in squared cell edges.
+#[inline(always)]
+fn row_gap2<const D: usize>(row: usize, fraction: &Vector<D>) -> f64 {
+    let steps = [row % 3, row / 3];
+    let mut gap2 = 0.0;
+    for k in 1..D {
+        let gap = [fraction[k], 0.0, 1.0 - fraction[k]][steps[k - 1]];
+        gap2 += gap * gap;
+    }
+    gap2
 }
 
 #[inline(always)]

@@ -71,6 +71,8 @@ pub struct Fluid<const D: usize> {
     speed: f64,
     speed_limit: f64,
     energy: Energy,
+    /// Height of the water's surface at the start above the lowest corner of the tank, along gravity, m.
+    pub(crate) surface: f64,
     pub(crate) marker_pressure: Vec<f64>,
     pub(crate) pair_force: Vec<f64>,
     last_substeps: u32,
@@ -104,10 +106,11 @@ impl<const D: usize> Fluid<D> {
             tank: &scene.tank,
             spacing,
             asked_spacing: scene.particle_spacing,
+            wet: scene.body_wet,
             gravity: scene.gravity.vector,
         };
         let body = mesh.map(|mesh| Body::new(mesh, rules, scene.reference_density)).transpose()?;
-        let mut walls = Walls::new(&grid, &lattice.wall, body.as_ref().map_or(0, Body::len));
+        let mut walls = Walls::new(&grid, (&scene.tank, &lattice.wall), body.as_ref().map_or(0, Body::len));
         let (mut position, mut velocity) = (lattice.water, lattice.velocity);
         if let Some(body) = &body {
             let first = walls.body().start;
@@ -159,6 +162,7 @@ impl<const D: usize> Fluid<D> {
             speed: 0.0,
             speed_limit: f64::INFINITY,
             energy: Energy::default(),
+            surface: 0.0,
             last_substeps: 0,
             iterations: 0,
             clamped: 0,
@@ -174,6 +178,7 @@ impl<const D: usize> Fluid<D> {
         self.speed = largest_speed(&self.water.velocity).0;
         let g = self.largest_gravity();
         let fall = self.largest_fall();
+        self.surface = fall + 0.5 * self.spacing;
         self.speed_limit = match (2.0 * g * fall).sqrt().max(self.speed) {
             largest if largest > 0.0 => RUNAWAY * largest,
             _ => f64::INFINITY,
@@ -194,7 +199,7 @@ impl<const D: usize> Fluid<D> {
     }
 
     /// Coordinate along gravity of the tank's lowest corner, m.
-    fn floor_along_gravity(&self) -> (Vector<D>, f64) {
+    pub(crate) fn floor_along_gravity(&self) -> (Vector<D>, f64) {
         let down = crate::vector::normalised(&self.scene.gravity.vector);
         let tank = &self.scene.tank;
         (down, (0..D).map(|k| (down[k] * tank.min[k]).max(down[k] * tank.max[k])).sum())
@@ -614,6 +619,11 @@ impl<const D: usize> Fluid<D> {
     /// Simulated time, s.
     pub fn time(&self) -> f64 {
         self.time
+    }
+
+    /// n0 = sum W on the full lattice, 1/m^D.
+    pub fn lattice_density(&self) -> f64 {
+        self.kernel.lattice_density
     }
 
     /// Spacing of the lattice, m.

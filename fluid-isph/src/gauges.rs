@@ -136,6 +136,20 @@ impl<const D: usize> Fluid<D> {
         self.kernel.volume * self.water.number_density.iter().map(share).sum::<f64>()
     }
 
+    /// Departure from the pressure of still water: rms over the particles of p - rho0 g (H - z), over rho0 g H, with H the
+    /// height of the surface at the start and z the height above the lowest corner of the tank, along gravity.
+    pub fn hydrostatic_error(&self) -> f64 {
+        let (down, floor) = self.floor_along_gravity();
+        let unit = self.scene.reference_density * crate::vector::norm(&self.scene.gravity.at(self.time));
+        let square = |i: usize| {
+            let height = floor - crate::vector::dot(&self.water.cells.point(i), &down);
+            (f64::from(self.water.pressure[i]) - unit * (self.surface - height)).powi(2)
+        };
+        let count = self.water.len();
+        let rms = ((0..count).map(square).sum::<f64>() / count.max(1) as f64).sqrt();
+        if unit * self.surface > 0.0 { rms / (unit * self.surface) } else { 0.0 }
+    }
+
     /// Momentum of the water, kg m/s (2-D: per m depth).
     pub fn momentum(&self) -> Vector<D> {
         let mass = self.particle_mass();

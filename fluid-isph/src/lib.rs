@@ -14,6 +14,7 @@
 pub mod assembly;
 pub mod body;
 pub mod body_layout;
+pub mod case;
 pub mod cells;
 pub mod correction;
 pub mod error;
@@ -23,7 +24,9 @@ pub mod health;
 pub mod kernel;
 pub mod lattice;
 pub mod markers;
+pub mod output;
 mod parallel;
+pub mod participant;
 pub mod particles;
 pub mod pressure;
 pub mod scene;

@@ -22,16 +22,6 @@ pub struct Face {
     pub upper: bool,
 }
 
-/// Names of the faces in the case file, with the face each means.
-pub const FACE_NAMES: [(&str, Face); 6] = [
-    ("left", Face { axis: 0, upper: false }),
-    ("right", Face { axis: 0, upper: true }),
-    ("bottom", Face { axis: 1, upper: false }),
-    ("top", Face { axis: 1, upper: true }),
-    ("back", Face { axis: 2, upper: false }),
-    ("front", Face { axis: 2, upper: true }),
-];
-
 /// A box full of water at the start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaterBox<const D: usize> {
@@ -138,6 +128,9 @@ pub struct Scene<const D: usize> {
     pub wall_pressure: WallPressure,
     /// Largest number of sub-steps in one coupling step.
     pub max_substeps: u32,
+    /// Sides of the body (lower, upper across the wall) water may touch; `None`: those with facets. A body wet on one
+    /// side is continued behind the other to the kernel's support.
+    pub body_wet: Option<[bool; 2]>,
     /// Random displacement of the initial lattice, in spacings; `None`: none.
     pub jitter: Option<f64>,
 }
@@ -162,6 +155,7 @@ impl<const D: usize> Scene<D> {
             pressure_tolerance: 1e-3,
             wall_pressure: WallPressure::Shepard,
             max_substeps: 200,
+            body_wet: None,
             jitter: None,
         }
     }

@@ -23,7 +23,8 @@ pub struct SourceTerm {
 }
 
 /// b_i = -(rho0/dt) div v*_i + alpha (rho0/dt^2) (n_i/n0 - 1), with
-/// div v*_i = V sum_water F (v*_i - v*_j).r + 2 V sum_wall F (v*_i - v_w).r (the wall's velocity is mirrored).
+/// div v*_i = V sum_water F (v*_i - v*_j).r + 2 V sum_wall F (v*_i - v_w).r (the wall's velocity is mirrored; of
+/// slip walls only the normal components count).
 ///
 /// At the surface, or beside a surface particle, only compression (n_i > n0) counts. Pa/m2.
 /// Source: (9) of the paper, written for the positive matrix -lap.

@@ -36,17 +36,9 @@ impl WallSearch {
         let reader = &*walls;
         let arch = pulp::Arch::new();
         let chunks = pressure.par_chunks_mut(CHUNK).zip(&mut self.near).enumerate();
-        chunks.for_each(|(number, (pressure, near))| {
-            arch.dispatch(|| {
-                for (k, target) in pressure.iter_mut().enumerate() {
-                    let wall = number * CHUNK + k;
-                    if reader.weight[wall] == 0.0 || !is_wet(field, reader, wall, near) {
-                        *target = [0.0; 2];
-                        continue;
-                    }
-                    *target = side_means(field, reader, wall, gravity, near);
-                }
-            });
+        chunks.for_each(|(number, (target, near))| {
+            let first = number * CHUNK;
+            arch.dispatch(PressureTask { field, walls: reader, gravity, first, target, near });
         });
         walls.pressure = pressure;
     }
@@ -64,17 +56,59 @@ impl WallSearch {
         self.resize(force.len());
         let arch = pulp::Arch::new();
         let chunks = force.par_chunks_mut(CHUNK).zip(&mut self.near).enumerate();
-        chunks.for_each(|(number, (force, near))| {
-            arch.dispatch(|| {
-                for (k, target) in force.iter_mut().enumerate() {
-                    let wall = columns.start + number * CHUNK + k;
-                    *target = [0.0; D];
-                    if walls.weight[wall] > 0.0 && is_wet(field, walls, wall, near) {
-                        *target = reaction(field, (walls, model), wall, gravity, near);
-                    }
-                }
-            });
+        chunks.for_each(|(number, (target, near))| {
+            let first = columns.start + number * CHUNK;
+            arch.dispatch(ForceTask { field, walls, model, gravity, first, target, near });
         });
+    }
+}
+
+/// The pressures of one chunk, compiled for each vector width the processor may have.
+struct PressureTask<'a, const D: usize> {
+    field: PressureField<'a, D>,
+    walls: &'a Walls<D>,
+    gravity: &'a Vector<D>,
+    first: usize,
+    target: &'a mut [[f32; 2]],
+    near: &'a mut Neighbours,
+}
+
+impl<const D: usize> pulp::NullaryFnOnce for PressureTask<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (wall, target) in (self.first..).zip(self.target) {
+            *target = [0.0; 2];
+            if self.walls.weight[wall] > 0.0 && is_wet(self.field, self.walls, wall, self.near) {
+                *target = side_means(self.field, self.walls, wall, self.gravity, self.near);
+            }
+        }
+    }
+}
+
+/// The forces of one chunk, compiled likewise.
+struct ForceTask<'a, const D: usize> {
+    field: PressureField<'a, D>,
+    walls: &'a Walls<D>,
+    model: WallPressure,
+    gravity: &'a Vector<D>,
+    first: usize,
+    target: &'a mut [Vector<D>],
+    near: &'a mut Neighbours,
+}
+
+impl<const D: usize> pulp::NullaryFnOnce for ForceTask<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (wall, target) in (self.first..).zip(self.target) {
+            *target = [0.0; D];
+            if self.walls.weight[wall] > 0.0 && is_wet(self.field, self.walls, wall, self.near) {
+                *target = reaction(self.field, (self.walls, self.model), wall, self.gravity, self.near);
+            }
+        }
     }
 }
 

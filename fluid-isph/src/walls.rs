@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use crate::cells::{CellList, Grid};
+use crate::scene::Tank;
 use crate::vector::{Vector, dot, norm, sub};
 
 /// Columns of the wall particles, `[w]` each.
@@ -19,6 +20,9 @@ pub struct Walls<const D: usize> {
     pub acceleration: Vec<Vector<D>>,
     /// Unit vector across the body, turning with it; zero for the tank.
     pub director: Vec<Vector<D>>,
+    /// 1 along the axes whose velocity counts at the particle, else 0: a tank particle stands for a slip wall and mirrors
+    /// only the part normal to the faces it lies behind; a body particle mirrors all.
+    pub facing: Vec<Vector<D>>,
     /// Volume of the wall particle over that of a water particle; 0 for a tank particle the body stands in for.
     pub weight: Vec<f32>,
     /// Wall pressure on the lower and upper side of the director, Pa; the tank uses the first.
@@ -53,16 +57,20 @@ impl<const D: usize> WallSet<'_, D> {
 
 impl<const D: usize> Walls<D> {
     /// Sorts the tank's particles and appends room for `body_len` body particles.
-    pub fn new(grid: &Grid<D>, tank: &[Vector<D>], body_len: usize) -> Self {
+    pub fn new(grid: &Grid<D>, (tank, particles): (&Tank<D>, &[Vector<D>]), body_len: usize) -> Self {
         let mut walls = Self::default();
-        walls.tank_cells.sort(grid, tank);
-        walls.position.extend(walls.tank_cells.order().iter().map(|&k| tank[k as usize]));
+        walls.tank_cells.sort(grid, particles);
+        walls.position.extend(walls.tank_cells.order().iter().map(|&k| particles[k as usize]));
         walls.tank_len = walls.position.len();
         let count = walls.tank_len + body_len;
         walls.position.resize(count, [0.0; D]);
         walls.velocity = vec![[0.0; D]; count];
         walls.acceleration = vec![[0.0; D]; count];
         walls.director = vec![[0.0; D]; count];
+        let behind = |x: f64, k: usize| x < tank.min[k] || x > tank.max[k];
+        let facing = |x: &Vector<D>| std::array::from_fn(|k| if behind(x[k], k) { 1.0 } else { 0.0 });
+        walls.facing = walls.position[..walls.tank_len].iter().map(facing).collect();
+        walls.facing.resize(count, [1.0; D]);
         walls.weight = vec![1.0; count];
         walls.pressure = vec![[0.0; 2]; count];
         walls.mark_near_cells(grid);

@@ -1,0 +1,444 @@
+//! `[fluid]`: the water's own section of the case, and its part of the plan.
+
+use protocol::case::{
+    BoxFace, BoxRegion, CaseFile, CheckReport, Diagnostic, GaugeKind, LeftOut, Place, PlanFigure, Section,
+    Shared, SolidOutline,
+};
+
+use crate::error::SetupError;
+use crate::kernel::Kernel;
+use crate::lattice::Lattice;
+use crate::scene::{Gravity, Scene, Source, Tank, WallFriction, WallPressure, WaterBox};
+use crate::time_step::StepLimits;
+use crate::vector::{Vector, norm};
+
+/// The program's name in messages and reports.
+pub const NAME: &str = "fluid-isph";
+
+/// Relaxation time where the walls are rigid, s: least sensor noise.
+const RIGID_RELAXATION: f64 = 0.005;
+
+/// Relaxation time beside an elastic wall, s: a stronger density source feeds its oscillation.
+const ELASTIC_RELAXATION: f64 = 0.02;
+
+/// Checks the water's part of a case and plans it.
+pub fn check(case: &CaseFile) -> CheckReport {
+    let shared = Shared::read(case);
+    let (plan, left_out) = match shared.header.dimension {
+        2 => plan::<2>(case, &shared),
+        _ => plan::<3>(case, &shared),
+    };
+    CheckReport::new(NAME, case, plan, left_out)
+}
+
+/// The scene of a case; `None` without `[fluid]` or `[domain]`. Mistakes are booked with the case.
+pub fn resolve<const D: usize>(case: &CaseFile, shared: &Shared) -> Option<Scene<D>> {
+    let section = case.section("fluid")?;
+    let Some(domain) = &shared.domain else {
+        section.complain(
+            "region",
+            "there is water but no [domain]",
+            "a [domain] with min and max",
+            "Add [domain].",
+        );
+        return None;
+    };
+    let mut tank =
+        Tank { min: point(&domain.region.min), max: point(&domain.region.max), open: [[false; 2]; D] };
+    for face in &domain.open {
+        tank.open[face.axis()][usize::from(face.sign() > 0.0)] = true;
+    }
+    let spacing = section
+        .number("spacing")
+        .unit("m")
+        .above(0.0)
+        .about("Distance of water particles; adjusted by at most 2 % so that water and tank are whole numbers of it.")
+        .required();
+    let water = read_regions(&section, &tank);
+    let mut scene = Scene::new(tank, water, spacing);
+    scene.reference_density = shared.fluid.as_ref().map_or(1000.0, |fluid| fluid.density);
+    scene.gravity = match &shared.gravity {
+        Some(gravity) => Gravity { vector: point(&gravity.acceleration), factor: gravity.table.clone() },
+        None => Gravity { vector: [0.0; D], factor: None },
+    };
+    read_terms(&section, &mut scene);
+    scene.source = read_source(&section, shared.solid.as_ref());
+    read_numerics(&section, &mut scene);
+    scene.body_wet = shared.solid.as_ref().map(wet_sides);
+    // Read with the shared sections: known keys of this section too.
+    let _ = section
+        .number("density")
+        .unit("kg/m3")
+        .above(0.0)
+        .about("Reference density of the water.")
+        .default(1000.0);
+    section.finish();
+    check_body(&section, &scene, shared.solid.as_ref());
+    Some(scene)
+}
+
+fn point<const D: usize>(values: &[f64]) -> Vector<D> {
+    std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
+}
+
+fn wet_sides(solid: &SolidOutline) -> [bool; 2] {
+    let axis = solid.thickness_axis();
+    [2 * axis, 2 * axis + 1].map(|face| solid.wet.contains(&BoxFace::ALL[face]))
+}
+
+fn read_regions<const D: usize>(section: &Section<'_>, tank: &Tank<D>) -> Vec<WaterBox<D>> {
+    let regions = section.list("region");
+    if regions.is_empty() {
+        section.complain(
+            "region",
+            "there is no water",
+            "one [[fluid.region]] or more",
+            "Add [[fluid.region]].",
+        );
+    }
+    let mut water = Vec::new();
+    for region in &regions {
+        let bounds = BoxRegion::read(region, D, "a box of water");
+        let velocity =
+            region.vector("velocity", D, "m/s", "Velocity of the water at the start (default: at rest).");
+        region.finish();
+        let (min, max): (Vector<D>, Vector<D>) = (point(&bounds.min), point(&bounds.max));
+        for k in 0..D {
+            let tolerance = 1e-9 * (tank.max[k] - tank.min[k]).abs();
+            if min[k] < tank.min[k] - tolerance || max[k] > tank.max[k] + tolerance {
+                let key = if min[k] < tank.min[k] - tolerance { "min" } else { "max" };
+                let inside = format!("{} to {} m along {}", tank.min[k], tank.max[k], ["x", "y", "z"][k]);
+                region.complain(
+                    key,
+                    "the water reaches out of the domain",
+                    &inside,
+                    "Enlarge [domain] or shift the water.",
+                );
+            }
+        }
+        water.push(WaterBox { min, max, velocity: velocity.map_or([0.0; D], |v| point(&v)) });
+    }
+    water
+}
+
+fn read_terms<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
+    scene.kinematic_viscosity = section
+        .number("kinematic_viscosity")
+        .unit("m2/s")
+        .above(0.0)
+        .about("Viscosity of the water (1e-6 for water); without it the viscous term is left out.")
+        .optional();
+    scene.smagorinsky = section
+        .number("smagorinsky")
+        .above(0.0)
+        .at_most(0.5)
+        .about("Constant of Smagorinsky's turbulence model (0.1 to 0.2); without it turbulence is left out.")
+        .optional();
+    let friction = section.choice("walls", &["slip", "no_slip"]);
+    let friction = friction.about("Whether walls take part in the viscous term.").default("slip");
+    scene.friction = if friction == "slip" { WallFriction::Slip } else { WallFriction::NoSlip };
+    if friction == "no_slip" && scene.kinematic_viscosity.is_none() && scene.smagorinsky.is_none() {
+        section.complain(
+            "walls",
+            "no_slip has no effect without viscosity",
+            "\"slip\"",
+            "Set kinematic_viscosity.",
+        );
+    }
+}
+
+fn read_source(section: &Section<'_>, solid: Option<&SolidOutline>) -> Source {
+    let source = section
+        .choice("source", &["stabilised", "divergence_free", "density_invariance"])
+        .about("Right side of the pressure equation: (9), (6) or (8) of the paper.")
+        .default("stabilised");
+    let elastic = solid.is_some_and(|solid| solid.model == "fem");
+    let default = if elastic { ELASTIC_RELAXATION } else { RIGID_RELAXATION };
+    let alpha = section
+        .number("relaxation")
+        .at_least(0.0)
+        .at_most(1.0)
+        .about("alpha of (9) as the paper gives it; acts over dt/alpha. Replaces relaxation_time.")
+        .optional();
+    let time = section
+        .number("relaxation_time")
+        .unit("s")
+        .above(0.0)
+        .about("Time over which the density is restored, dt/alpha: results then do not depend on dt. Default 0.005, beside an elastic wall 0.02.");
+    match (source.as_str(), alpha) {
+        ("divergence_free", None) => Source::DivergenceFree,
+        ("density_invariance", None) => Source::DensityInvariance,
+        ("stabilised", Some(alpha)) => {
+            if time.optional().is_some() {
+                section.complain(
+                    "relaxation",
+                    "relaxation_time is given too",
+                    "one of the two",
+                    "Remove one.",
+                );
+            }
+            Source::Alpha(alpha)
+        }
+        ("stabilised", None) => Source::Time(time.default(default)),
+        (_, Some(_)) => {
+            section.complain("relaxation", "is for source = \"stabilised\" only", "absent", "Remove it.");
+            Source::DivergenceFree
+        }
+        (_, None) => Source::DivergenceFree,
+    }
+}
+
+fn read_numerics<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
+    let pressure = section
+        .choice("wall_pressure", &["shepard", "per_pair"])
+        .about(
+            "Pressure at walls: a mean over the water around each wall particle, or pair by pair (noisier).",
+        )
+        .default("shepard");
+    scene.wall_pressure = if pressure == "shepard" { WallPressure::Shepard } else { WallPressure::PerPair };
+    scene.courant = section
+        .number("courant")
+        .above(0.0)
+        .at_most(0.5)
+        .about("Largest distance water moves in one step, in spacings.")
+        .default(0.3);
+    scene.pressure_tolerance = section
+        .number("pressure_tolerance")
+        .at_least(2e-5)
+        .at_most(0.1)
+        .about("Relative residual of the pressure solve; single precision floors at 1e-5.")
+        .default(1e-3);
+    scene.max_substeps = section
+        .integer("max_substeps")
+        .at_least(1.0)
+        .at_most(100_000.0)
+        .about("Most sub-steps in one coupling step; more ends the run.")
+        .default(200.0) as u32;
+    scene.jitter = section
+        .number("jitter")
+        .above(0.0)
+        .at_most(0.3)
+        .about("Random displacement of the initial particles, in spacings.")
+        .optional();
+}
+
+/// Thickness of the body and water inside it.
+fn check_body<const D: usize>(section: &Section<'_>, scene: &Scene<D>, solid: Option<&SolidOutline>) {
+    let Some(solid) = solid else { return };
+    let thickness = solid.region.length(solid.thickness_axis());
+    if scene.body_wet == Some([true; 2]) && thickness < 2.0 * scene.particle_spacing * (1.0 - 1e-9) {
+        section.complain(
+            "spacing",
+            format!("the body, wet on both faces, is {thickness} m thick: water would see itself through it"),
+            &format!("number <= {} in m", thickness / 2.0),
+            "Two spacings must fit into the thickness.",
+        );
+    }
+    let (low, high): (Vector<D>, Vector<D>) = (point(&solid.region.min), point(&solid.region.max));
+    let swallowed = |water: &WaterBox<D>| (0..D).all(|k| water.min[k] >= low[k] && water.max[k] <= high[k]);
+    if scene.water.iter().any(swallowed) {
+        section.complain(
+            "region",
+            "a box of water lies inside the body",
+            "outside [solid]",
+            "Move one of them.",
+        );
+    }
+}
+
+fn plan<const D: usize>(case: &CaseFile, shared: &Shared) -> (Vec<PlanFigure>, Vec<LeftOut>) {
+    let Some(scene) = resolve::<D>(case, shared) else {
+        return (Vec::new(), vec![LeftOut::new("fluid-isph", "there is no water")]);
+    };
+    check_gauges(case, shared, &scene);
+    if !case.diagnostics().is_empty() {
+        return (Vec::new(), Vec::new());
+    }
+    match Lattice::new(&scene) {
+        Ok(lattice) => (figures(&scene, &lattice, shared.solid.as_ref()), left_out(&scene, shared)),
+        Err(error) => {
+            refuse_lattice(case, &scene, error);
+            (Vec::new(), Vec::new())
+        }
+    }
+}
+
+fn refuse_lattice<const D: usize>(case: &CaseFile, scene: &Scene<D>, error: SetupError) {
+    let hint = error.clone().into_failure(NAME).hint;
+    let Some(section) = case.section("fluid") else { return };
+    let allowed = match &error {
+        SetupError::SpacingTooLarge { length, .. } => format!("number <= {} in m", length / 4.0),
+        _ => format!("a spacing near {} that divides water and tank", scene.particle_spacing),
+    };
+    section.complain("spacing", error.to_string(), &allowed, &hint);
+}
+
+fn check_gauges<const D: usize>(case: &CaseFile, shared: &Shared, scene: &Scene<D>) {
+    let tank = &scene.tank;
+    for gauge in &shared.gauges {
+        let message = match &gauge.kind {
+            GaugeKind::Pressure { point } | GaugeKind::WaterLevel { point } => {
+                let outside = (0..D).any(|k| {
+                    let tolerance = 1e-6 * (tank.max[k] - tank.min[k]);
+                    point[k] < tank.min[k] - tolerance || point[k] > tank.max[k] + tolerance
+                });
+                outside.then(|| format!("the point {point:?} lies outside the domain"))
+            }
+            GaugeKind::Force { on } if on == "body" => {
+                shared.solid.is_none().then(|| "there is no body to measure the force on".to_owned())
+            }
+            GaugeKind::Force { on } => BoxFace::from_name(on)
+                .is_some_and(|face| tank.open[face.axis()][usize::from(face.sign() > 0.0)])
+                .then(|| format!("the face \"{on}\" is open: there is no wall to measure the force on")),
+            _ => None,
+        };
+        if let Some(message) = message {
+            case.complain(Diagnostic {
+                place: Place::Scene,
+                key: format!("gauge \"{}\"", gauge.name),
+                message,
+                allowed: String::new(),
+                hint: "Compare the gauge with [domain] and [solid].".to_owned(),
+            });
+        }
+    }
+}
+
+fn figures<const D: usize>(
+    scene: &Scene<D>,
+    lattice: &Lattice<D>,
+    solid: Option<&SolidOutline>,
+) -> Vec<PlanFigure> {
+    let spacing = lattice.spacing;
+    let body = solid.map_or(0.0, |solid| {
+        (0..D).map(|k| (solid.region.length(k) / spacing).round().max(1.0)).product::<f64>()
+    });
+    let (water, wall) = (lattice.water.len() as f64, lattice.wall.len() as f64);
+    // Rows of 8 bytes an entry, columns, search lists; 56 neighbours in 3-D, 20 in 2-D; the cells of the search grid.
+    let per_water = if D == 3 { 8.0 * 75.0 + 260.0 } else { 8.0 * 28.0 + 220.0 };
+    let support = Kernel::<D>::new(spacing).support_radius;
+    let cells: f64 = (0..D).map(|k| 1.5 * (scene.tank.max[k] - scene.tank.min[k]) / support + 6.0).product();
+    let memory = water * per_water + (wall + body) * 180.0 + cells * 60.0;
+    let adjusted = format!(
+        "asked for {}, changed by {:+.2} %",
+        scene.particle_spacing,
+        (spacing / scene.particle_spacing - 1.0) * 100.0
+    );
+    let gravity = norm(&scene.gravity.vector);
+    let fall: f64 = scene.water.iter().map(|water| water.max[1] - scene.tank.min[1]).fold(0.0, f64::max);
+    let start = scene.water.iter().map(|water| norm(&water.velocity)).fold(0.0, f64::max);
+    let limits = |speed: f64| StepLimits {
+        courant: scene.courant,
+        spacing,
+        speed,
+        gravity,
+        viscosity: scene.kinematic_viscosity.unwrap_or(0.0),
+    };
+    let fastest = (2.0 * gravity * fall).sqrt().max(start);
+    vec![
+        PlanFigure::new("spacing_m", spacing, adjusted),
+        PlanFigure::new("water_particles", water, ""),
+        PlanFigure::new("wall_particles", wall, "three layers behind every closed face"),
+        PlanFigure::new("body_particles", body, "without ghost rows"),
+        PlanFigure::new("memory_bytes", memory, "estimate"),
+        PlanFigure::new(
+            "dt_limit_s",
+            limits(fastest).longest(),
+            format!(
+                "at {fastest:.2} m/s, the speed of the highest fall; first step {:.2e} s",
+                limits(start).longest()
+            ),
+        ),
+    ]
+}
+
+fn left_out<const D: usize>(scene: &Scene<D>, shared: &Shared) -> Vec<LeftOut> {
+    let mut list = Vec::new();
+    let mut note = |absent: bool, what: &str, why: &str| {
+        if absent {
+            list.push(LeftOut::new(what, why));
+        }
+    };
+    let viscous = scene.kinematic_viscosity.is_some() || scene.smagorinsky.is_some();
+    note(!viscous, "viscous term", "no kinematic_viscosity and no smagorinsky");
+    note(scene.smagorinsky.is_none(), "turbulence", "no smagorinsky");
+    note(viscous && scene.friction == WallFriction::Slip, "friction at walls", "walls = \"slip\"");
+    note(scene.gravity.vector == [0.0; D], "gravity", "no [gravity]");
+    note(shared.solid.is_none(), "body particles, loads and markers", "no [solid]");
+    note(
+        shared.gauges.iter().all(|gauge| !gauge.kind.is_of_fluid()),
+        "gauges of the water",
+        "none asked for",
+    );
+    note(shared.output.fields_every.is_none(), "fields of the water", "no output.fields_every");
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DAM: &str = r#"
+[case]
+name = "dam"
+dimension = 2
+[domain]
+min = [0.0, 0.0]
+max = [0.584, 1.0]
+open = ["top"]
+[gravity]
+acceleration = [0.0, -9.81]
+[fluid]
+spacing = 0.003
+[[fluid.region]]
+min = [0.0, 0.0]
+max = [0.146, 0.292]
+[time]
+end = 0.1
+max_dt = 0.001
+"#;
+
+    fn report(text: &str, options: &[&str]) -> CheckReport {
+        let options: Vec<String> = options.iter().map(|&option| option.to_owned()).collect();
+        check(&CaseFile::parse("dam.toml", text, &options))
+    }
+
+    #[test]
+    fn a_sound_case_gets_a_plan_and_the_list_of_what_it_leaves_out() {
+        let report = report(DAM, &[]);
+        assert!(report.diagnostics.is_empty(), "{:?}", report.diagnostics);
+        assert_eq!(report.figure("water_particles"), Some(49.0 * 98.0));
+        let left: Vec<_> = report.left_out.iter().map(|entry| entry.what.as_str()).collect();
+        assert!(left.contains(&"viscous term") && left.contains(&"turbulence"), "{left:?}");
+    }
+
+    #[test]
+    fn mistakes_are_named_with_key_and_range() {
+        for (text, options, key) in [
+            (DAM, vec!["fluid.spacing=0.5"], "fluid.spacing"),
+            (DAM, vec!["fluid.courant=2.0"], "fluid.courant"),
+            (DAM, vec!["fluid.spacng=0.5"], "fluid.spacng"),
+            (DAM, vec!["fluid.walls=\"no_slip\""], "fluid.walls"),
+            (DAM, vec!["fluid.relaxation=0.1", "fluid.relaxation_time=0.01"], "fluid.relaxation"),
+            (DAM, vec!["domain.max=[0.1, 1.0]"], "fluid.region[0].max"),
+        ] {
+            let report = report(text, &options);
+            assert!(
+                report.diagnostics.iter().any(|found| found.key == key),
+                "{key}: {:?}",
+                report.diagnostics
+            );
+        }
+    }
+
+    #[test]
+    fn a_thin_body_wet_on_both_faces_is_refused() {
+        let body = format!("{DAM}\n[solid]\nmodel = \"rigid\"\nmin = [0.292, 0.0]\nmax = [0.297, 0.08]\n");
+        let found = report(&body, &[]);
+        assert!(
+            found.diagnostics.iter().any(|found| found.message.contains("see itself")),
+            "{:?}",
+            found.diagnostics
+        );
+    }
+}

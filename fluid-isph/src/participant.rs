@@ -1,0 +1,210 @@
+//! The fluid as a participant of a run: handshake, motion in, load out, gauges and fields.
+
+use std::path::PathBuf;
+
+use protocol::case::{CaseFile, Shared};
+use protocol::control::{Account, Ready, Start, StepReport, StepTime};
+use protocol::failure::{Failure, FailureClass};
+use protocol::header::{Header, Kind};
+use protocol::interface::{BodyMesh, Contract, Response};
+use protocol::link::{Expect, Link, LinkError, Transport, agree};
+use protocol::participant::{Context, Participant, Program};
+use protocol::phases::PhaseClock;
+
+use crate::body::Motion;
+use crate::case::{NAME, check, resolve};
+use crate::fluid::Fluid;
+use crate::output::{Frames, GaugeSeries};
+use crate::scene::Scene;
+
+/// Relative growth of the water's energy beyond the work put in that earns a verdict.
+const ENERGY_GROWTH: f64 = 0.02;
+
+/// The fluid as a program.
+pub const PROGRAM: Program = Program {
+    name: NAME,
+    role: "fluid",
+    about: "Stabilised incompressible SPH for water with a free surface",
+    check,
+    build: |case, context| {
+        let shared = Shared::read(case);
+        Ok(match shared.header.dimension {
+            2 => Box::new(FluidParticipant::<2>::new(case, shared, context)?),
+            _ => Box::new(FluidParticipant::<3>::new(case, shared, context)?),
+        })
+    },
+};
+
+/// The participant before and after the handshake.
+pub struct FluidParticipant<const D: usize> {
+    shared: Shared,
+    scene: Scene<D>,
+    context: Context,
+    running: Option<Running<D>>,
+}
+
+/// Everything after the handshake.
+struct Running<const D: usize> {
+    fluid: Fluid<D>,
+    interface: Option<Interface>,
+    gauges: GaugeSeries<D>,
+    frames: Option<Frames>,
+    pool: rayon::ThreadPool,
+    clock: PhaseClock,
+}
+
+/// The fluid's end of the link to the coupler.
+struct Interface {
+    link: Box<dyn Link<f64>>,
+    motion: Vec<f64>,
+    nodal_len: usize,
+    response: Response,
+}
+
+impl<const D: usize> FluidParticipant<D> {
+    /// Takes the scene of the case; nothing is made or connected yet.
+    ///
+    /// # Errors
+    /// A case that does not pass the check.
+    pub fn new(case: &CaseFile, shared: Shared, context: &Context) -> Result<Self, Failure> {
+        let scene = resolve(case, &shared);
+        let refuse = |what: String| Failure::new(FailureClass::Case, NAME, "start", what);
+        if let Some(diagnostic) = case.diagnostics().first() {
+            return Err(refuse(diagnostic.to_string()));
+        }
+        let scene = scene.ok_or_else(|| refuse("there is no water in the case".to_owned()))?;
+        Ok(Self { shared, scene, context: context.clone(), running: None })
+    }
+
+    fn running(&mut self) -> Result<&mut Running<D>, Failure> {
+        self.running.as_mut().ok_or_else(|| Failure::new(FailureClass::Bug, NAME, "order", "not started yet"))
+    }
+
+    fn shake_hands(
+        &self,
+        nodes: u64,
+        transport: &mut dyn Transport,
+    ) -> Result<(Interface, BodyMesh), LinkError> {
+        let node_count = nodes as usize;
+        // A load is one force per node and one pressure per marker; a node has at most one marker per axis.
+        let mut link = transport.connect("coupler", 8 + 2 * node_count * D)?;
+        let contract =
+            Contract { dimension: D, node_count, end_time: self.shared.time.end, scene: self.context.scene };
+        agree(&mut *link, &contract)?;
+        let mut mesh = None;
+        let expect = Expect { kind: Kind::BodyMesh, step: 0, count: None };
+        link.receive(expect, &mut |_, values| mesh = Some(BodyMesh::decode(values, "coupler")))?;
+        let mesh = mesh.expect("a message that was received was read")?;
+        let interface = Interface {
+            link,
+            motion: vec![0.0; mesh.motion_len()],
+            nodal_len: mesh.node_count() * D,
+            response: mesh.response,
+        };
+        Ok((interface, mesh))
+    }
+}
+
+impl<const D: usize> Participant for FluidParticipant<D> {
+    fn start(&mut self, start: &Start, transport: &mut dyn Transport) -> Result<Ready, Failure> {
+        let (interface, mesh) = match start.dummy_nodes {
+            Some(nodes) => {
+                let hands = self.shake_hands(nodes, transport);
+                let (interface, mesh) =
+                    hands.map_err(|error| error.into_failure(NAME, 0, 0.0, "handshake"))?;
+                (Some(interface), Some(mesh))
+            }
+            None => (None, None),
+        };
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(self.context.threads).build().map_err(|error| {
+                Failure::new(FailureClass::Resource, NAME, "start", format!("cannot start threads: {error}"))
+            })?;
+        let fluid = pool.install(|| Fluid::new(self.scene.clone(), mesh.as_ref()));
+        let fluid = fluid.map_err(|error| error.into_failure(NAME))?;
+        let counts = [
+            ("water_particles", fluid.water().len()),
+            ("wall_particles", fluid.walls().tank().len()),
+            ("body_particles", fluid.walls().body().len()),
+        ];
+        let counts = counts.into_iter().map(|(key, count)| (key.to_owned(), count as u64)).collect();
+        let admitted_dt = fluid.admitted_time_step();
+        let output = &self.shared.output;
+        let gauges = GaugeSeries::create(&self.context.folder, &self.shared.gauges, output.series_every)?;
+        let frames = output.fields_every.map(|_| Frames::new(PathBuf::from(&self.context.folder)));
+        let clock = PhaseClock::default();
+        self.running = Some(Running { fluid, interface, gauges, frames, pool, clock });
+        Ok(Ready { counts, admitted_dt })
+    }
+
+    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
+        let Running { fluid, interface, gauges, pool, clock, .. } = self.running()?;
+        let lost = |phase| move |error: LinkError| error.into_failure(NAME, at.step, at.time, phase);
+        if let Some(interface) = interface {
+            clock.run("receive motion", || interface.receive(at)).map_err(lost("receive motion"))?;
+        }
+        let motion = interface.as_ref().map(Interface::motion);
+        pool.install(|| fluid.advance(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
+        if let Some(interface) = interface {
+            clock.run("send load", || interface.send(at, fluid)).map_err(lost("send load"))?;
+        }
+        let shown = match gauges.is_empty() {
+            true => None,
+            false => clock.run("gauges", || gauges.record(at.time, fluid))?,
+        };
+        Ok(StepReport {
+            admitted_dt: fluid.admitted_time_step(),
+            substeps: fluid.last_substeps(),
+            shown,
+            verdict: None,
+        })
+    }
+
+    fn output(&mut self, frame: u32, at: StepTime) -> Result<(), Failure> {
+        let Running { fluid, gauges, frames, clock, .. } = self.running()?;
+        gauges.flush()?;
+        match frames {
+            Some(frames) => clock.run("fields", || frames.write(frame, at.time, fluid)),
+            None => Ok(()),
+        }
+    }
+
+    fn account(&self) -> Account {
+        let Some(running) = &self.running else { return Account::default() };
+        let mut phases = running.fluid.phases();
+        phases.extend(running.clock.table());
+        let health = running.fluid.health();
+        let mut verdicts = Vec::new();
+        if health.energy_error > ENERGY_GROWTH {
+            verdicts.push("energy_growth".to_owned());
+        }
+        if health.escaped_particles + health.broken_particles > 0 {
+            verdicts.push("lost_particles".to_owned());
+        }
+        Account { phases, health: health.table(), verdicts, ..Account::default() }
+    }
+}
+
+impl Interface {
+    fn receive(&mut self, at: StepTime) -> Result<(), LinkError> {
+        let expect = Expect { kind: Kind::Motion, step: at.step, count: Some(self.motion.len()) };
+        let motion = &mut self.motion;
+        self.link.receive(expect, &mut |_, values| motion.copy_from_slice(values))
+    }
+
+    fn motion(&self) -> Motion<'_> {
+        let (position, rest) = self.motion.split_at(self.nodal_len);
+        let (velocity, acceleration) = rest.split_at(self.nodal_len);
+        let prescribed = self.response == Response::Prescribed;
+        Motion { position, velocity, acceleration: prescribed.then_some(acceleration) }
+    }
+
+    fn send<const D: usize>(&mut self, at: StepTime, fluid: &Fluid<D>) -> Result<(), LinkError> {
+        let (pressure, force) = (fluid.marker_pressure(), fluid.pair_force());
+        let header = Header::new(Kind::Load, at.step, at.time, at.dt);
+        self.link.send(header, pressure.len() + force.len(), &mut |out| {
+            out[..pressure.len()].copy_from_slice(pressure);
+            out[pressure.len()..].copy_from_slice(force);
+        })
+    }
+}

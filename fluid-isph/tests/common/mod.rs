@@ -1,0 +1,88 @@
+//! Bodies and solids made by hand for the tests.
+
+use fluid_isph::scene::{Scene, Tank, WaterBox};
+use protocol::interface::{BodyMesh, Facets, Response};
+
+/// A horizontal plate from x = 0 to `length` m, its upper face at y = 0, `thickness` m thick, wet above only; in 3-D
+/// `depth` m deep. First local axis up, across the plate.
+pub fn floor_plate(
+    (length, thickness, depth): (f64, f64, Option<f64>),
+    cells: usize,
+    (response, response_mass): (Response, f64),
+) -> BodyMesh {
+    let (dimension, layers) = if depth.is_some() { (3, 2) } else { (2, 1) };
+    let mut reference_position = Vec::new();
+    for z in 0..layers {
+        for k in 0..=cells {
+            for y in [-thickness, 0.0] {
+                reference_position.extend([length * k as f64 / cells as f64, y]);
+                reference_position.extend(depth.map(|depth| depth * z as f64));
+            }
+        }
+    }
+    let column = |z: usize, k: usize| 2 * (z * (cells + 1) + k);
+    let (mut mesh_cells, mut nodes) = (Vec::new(), Vec::new());
+    for k in 0..cells {
+        for z in 0..layers {
+            for along in [k, k + 1] {
+                mesh_cells.extend([column(z, along), column(z, along) + 1]);
+            }
+        }
+        // Upper face; in 2-D outward is on the right of a -> b, in 3-D counter-clockwise seen from above.
+        let top = |z: usize, along: usize| column(z, along) + 1;
+        if depth.is_some() {
+            nodes.extend([top(0, k), top(1, k), top(1, k + 1), top(0, k + 1)]);
+        } else {
+            nodes.extend([top(0, k + 1), top(0, k)]);
+        }
+    }
+    let nodes_per_facet = if depth.is_some() { 4 } else { 2 };
+    let node_count = reference_position.len() / dimension;
+    BodyMesh {
+        dimension,
+        reference_position,
+        cells: mesh_cells,
+        facets: Facets { nodes_per_facet, nodes, face: vec![0; cells] },
+        response_mass: vec![response_mass; node_count],
+        response,
+    }
+}
+
+/// A column of water `height` m high on a floor plate, between walls; the tank has no floor of its own.
+#[allow(dead_code, reason = "each test file uses its part")]
+pub fn column_on_plate(width: f64, height: f64, thickness: f64, spacing: f64) -> Scene<2> {
+    let tank =
+        Tank { min: [0.0, -2.0 * thickness], max: [width, 2.0 * height], open: [[false; 2], [true; 2]] };
+    let water = WaterBox { min: [0.0; 2], max: [width, height], velocity: [0.0; 2] };
+    Scene::new(tank, vec![water], spacing)
+}
+
+/// An upright plate on the floor, `thickness` x `height` m with its left face at x, wet on both faces and the top.
+#[allow(dead_code, reason = "each test file uses its part")]
+pub fn upright_plate((x, thickness, height): (f64, f64, f64), cells: usize, response: Response) -> BodyMesh {
+    let mut reference_position = Vec::new();
+    for k in 0..=cells {
+        for side in [x, x + thickness] {
+            reference_position.extend([side, height * k as f64 / cells as f64]);
+        }
+    }
+    let mesh_cells = (0..cells).flat_map(|k| (2 * k)..(2 * k + 4)).collect();
+    let (mut nodes, mut face) = (Vec::new(), Vec::new());
+    for k in 0..cells {
+        // Outward is on the right of a -> b, (dy, -dx): the left face runs down, the right one up.
+        nodes.extend([2 * k + 2, 2 * k]);
+        face.push(0);
+        nodes.extend([2 * k + 1, 2 * k + 3]);
+        face.push(1);
+    }
+    nodes.extend([2 * cells + 1, 2 * cells]);
+    face.push(2);
+    BodyMesh {
+        dimension: 2,
+        response_mass: vec![1.0; reference_position.len() / 2],
+        reference_position,
+        cells: mesh_cells,
+        facets: Facets { nodes_per_facet: 2, nodes, face },
+        response,
+    }
+}
