@@ -77,6 +77,8 @@ pub(crate) struct Body {
     pub(crate) clock: PhaseClock,
     pub(crate) fixed: Vec<bool>,
     stiffness: BlockMatrix,
+    /// Of the last tangent; zero before the first.
+    stiffness_diagonal: Vec<f64>,
     system: BlockMatrix,
     linear: LinearSolver,
     pub(crate) coefficients: Coefficients,
@@ -131,6 +133,7 @@ impl Body {
             counts: Counts::default(),
             clock: PhaseClock::default(),
             stiffness: empty.clone(),
+            stiffness_diagonal: zeros(),
             system: empty,
             coefficients,
             damping,
@@ -212,7 +215,9 @@ impl Body {
         self.measure()
     }
 
-    /// Norm of the residual and the limit it must fall below: the tolerance times the largest of the forces in balance.
+    /// Norm of the residual and the limit it must fall below: the tolerance times the largest of the forces in balance,
+    /// but never less than the round-off of the internal force, which in thin stiff bodies is a small difference of
+    /// large terms K_ii u_i.
     fn measure(&mut self) -> Result<(), Trouble> {
         let inertia = self.summation.norm(&self.increment);
         let mut free_norm = |force: &[f64]| {
@@ -223,10 +228,14 @@ impl Body {
         };
         let scale =
             free_norm(&self.trial.external_force).max(free_norm(&self.trial.internal_force)).max(inertia);
+        for i in 0..self.fixed.len() {
+            self.work[i] = self.stiffness_diagonal[i] * self.trial.displacement[i];
+        }
+        let round_off = f64::EPSILON * self.summation.norm(&self.work);
         self.balance.previous = self.balance.norm;
         self.balance.norm = self.summation.norm(&self.residual);
-        self.balance.limit = self.tolerance * scale;
-        self.balance.aim = self.aim * scale;
+        self.balance.limit = (self.tolerance * scale).max(round_off);
+        self.balance.aim = (self.aim * scale).max(round_off);
         let Balance { norm, previous, limit, iterations, .. } = self.balance;
         if !norm.is_finite() {
             return Err(Trouble::NonFinite);
@@ -254,6 +263,7 @@ impl Body {
         let factors = (inertia + damping, 1.0 - alpha_f);
         if !self.tangent_serves {
             self.assembly.tangent(&self.trial.displacement, &mut self.stiffness)?;
+            self.stiffness.diagonal(&mut self.stiffness_diagonal);
             self.tangent_serves = true;
             self.combined = None;
             self.counts.tangents += 1;

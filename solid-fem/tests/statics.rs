@@ -116,20 +116,27 @@ fn turek_hron_csm1_and_csm2() {
 }
 
 /// Plate of 1 m x 0.05 m clamped at both ends under its weight and 2 m of water, plane strain, E 67.5 GPa, rho 2700:
-/// mid deflection -6.85e-5 m at nu 0.34 and -7.05e-5 m at nu 0.3 (plate theory; N. J. Fourey et al., Comput. Phys.
-/// Commun. 217 (2017) 66, use it for coupled codes).
+/// q L4 / (384 D) + q L2 / (8 k G t), k = 5/6. Without the second term, the shear of a plate of slenderness 20, it is the
+/// -6.85e-5 m (nu 0.34) or -7.05e-5 m (nu 0.3) of thin plate theory that coupled codes are compared with. A clamp that
+/// keeps its section from warping takes 1 % off (7.03e-5 m on 80 x 4 elements at nu 0.34), hence a tolerance of 1.5 %.
 #[test]
 fn hydrostatic_plate() {
-    for (ratio, expected) in [(0.34, -6.85e-5), (0.3, -7.05e-5)] {
-        let grid = BoxGrid { dimension: 2, minimum: [0.0; 3], maximum: [1.0, 0.05, 0.0], cells: [40, 1, 1] };
-        let mut scene = Scene::of_box(grid, 2700.0, 67.5e9, ratio);
+    for (ratio, thin) in [(0.34, -6.85e-5), (0.3, -7.05e-5)] {
+        let (modulus, thickness) = (67.5e9, 0.05);
+        let load = 2.0 * 9810.0 + 2700.0 * 9.81 * thickness;
+        let bending = modulus * thickness * thickness * thickness / (12.0 * (1.0 - ratio * ratio));
+        let shear = load / (8.0 * 5.0 / 6.0 * modulus / (2.0 * (1.0 + ratio)) * thickness);
+        assert_close(-load / (384.0 * bending), thin, 0.002, "thin plate");
+        let expected = -load / (384.0 * bending) - shear;
+        let grid = BoxGrid { dimension: 2, minimum: [0.0; 3], maximum: [1.0, 0.05, 0.0], cells: [80, 4, 1] };
+        let mut scene = Scene::of_box(grid, 2700.0, modulus, ratio);
         scene.clamped = vec![Face::Left, Face::Right];
         scene.gravity = [0.0, -9.81, 0.0];
         let kind = FaceLoadKind::FollowerPressure(2.0 * 9810.0);
         scene.loads = vec![FaceLoad { face: Face::Top, kind, table: Vec::new() }];
         let solid = Solid::new_static(scene, 1).unwrap();
         let middle = Probe::at(&grid, false, &[0.5, 0.025, 0.0]).unwrap().value(solid.displacement(), 2);
-        assert_close(middle[1], expected, 0.01, "mid deflection");
+        assert_close(middle[1], expected, 0.015, "mid deflection");
     }
 }
 
