@@ -44,7 +44,7 @@ impl LinearMethod {
     pub fn name(self) -> &'static str {
         match self {
             Self::JacobiConjugateGradient => "Jacobi-preconditioned conjugate gradients",
-            Self::Cholesky => "sparse Cholesky factor (faer)",
+            Self::Cholesky => "sparse Cholesky factor",
         }
     }
 }
