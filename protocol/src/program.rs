@@ -106,7 +106,7 @@ fn join(program: Program, arguments: &Arguments) -> Result<(), Failure> {
         Ok(participant) => participant,
         Err(failure) => Box::new(crate::participant::Stillborn(failure)),
     };
-    let result = serve(program.name, &mut *participant, &mut transport);
+    let result = serve(program.role, &mut *participant, &mut transport);
     match &result {
         Ok(()) => tracing::info!("done"),
         Err(failure) => tracing::error!(%failure),
