@@ -121,8 +121,8 @@ impl Settings {
             )
             .map_or(solid_elements, |counts| counts.iter().map(|&count| count.max(1.0) as usize).collect());
         let window = section
-            .vector("ledger_window", 2, "s", "Window of the mean load jump (default: the whole run).")
-            .map_or((0.0, f64::INFINITY), |window| (window[0], window[1]));
+            .pair("ledger_window", "s", "Window of the mean load jump (default: the whole run).")
+            .unwrap_or((0.0, f64::INFINITY));
         section.finish();
         Self {
             scheme,

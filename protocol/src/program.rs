@@ -1,6 +1,6 @@
 //! The main program every participant shares: `--check CASE` for people and the launcher, `--run` for the launcher.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -70,14 +70,14 @@ pub fn main(program: Program) -> ExitCode {
     }
 }
 
-fn check(program: Program, case: &PathBuf, options: &[String]) -> Result<(), Failure> {
+fn check(program: Program, case: &Path, options: &[String]) -> Result<(), Failure> {
     let case = load(program, case, options)?;
     let report = (program.check)(&case);
     println!("{}", serde_json::to_string(&report).expect("a check report holds nothing JSON cannot"));
     Ok(())
 }
 
-fn load(program: Program, path: &PathBuf, options: &[String]) -> Result<CaseFile, Failure> {
+fn load(program: Program, path: &Path, options: &[String]) -> Result<CaseFile, Failure> {
     CaseFile::load(path, options).map_err(|error| {
         let what = format!("cannot read {}: {error}", path.display());
         Failure::new(FailureClass::Case, program.name, "check", what)
@@ -114,7 +114,7 @@ fn join(program: Program, arguments: &Arguments) -> Result<(), Failure> {
     result
 }
 
-fn start_log(program: Program, folder: &std::path::Path) -> std::io::Result<()> {
+fn start_log(program: Program, folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(folder.join("log"))?;
     let file = std::fs::File::create(folder.join("log").join(format!("{}.jsonl", program.name)))?;
     let filter = EnvFilter::try_from_env("TIDEWALL_LOG").unwrap_or_else(|_| EnvFilter::new("info"));

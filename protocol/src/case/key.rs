@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::section::Section;
+use super::section::{Doc, Section};
 use super::tree::Value;
 
 /// The documentation of one key, as it stands in `docs/case-file.md`.
@@ -106,7 +106,9 @@ impl<'s, 'c> Number<'s, 'c> {
 
     fn document(&self, default: &str) {
         let kind = if self.whole { "integer" } else { "number" };
-        self.section.document(self.key, kind, self.unit, &self.allowed(), default, self.about);
+        let allowed = self.allowed();
+        let (unit, about) = (self.unit, self.about);
+        self.section.document(self.key, Doc { kind, unit, allowed: &allowed, default, about });
     }
 
     fn record(&self, value: f64) {
@@ -182,7 +184,8 @@ impl<'s, 'c> Words<'s, 'c> {
     }
 
     fn document(&self, kind: &str, default: &str) {
-        self.section.document(self.key, kind, "", &self.allowed(), default, self.about);
+        let (allowed, about) = (self.allowed(), self.about);
+        self.section.document(self.key, Doc { kind, unit: "", allowed: &allowed, default, about });
     }
 
     fn read(&self) -> Option<String> {

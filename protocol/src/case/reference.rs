@@ -121,15 +121,13 @@ impl Reference {
             .about("Distance of the instants compared; 0 takes the rows of the series.")
             .default(0.0);
         let relative = section.flag("relative", false, "Divide the error by the expected value.");
-        let gate = section.vector(
+        let gate = section.pair(
             "gate",
-            2,
             "",
             "Bounds to keep: of the error for rms, max_abs and relative norms, else of the measured value.",
         );
         section.finish();
         let to = to.unwrap_or(f64::INFINITY);
-        let gate = gate.map(|gate| (gate[0], gate[1]));
         Self { gauge, column, label, norm, target, level, margin, from, to, every, relative, gate }
     }
 

@@ -8,6 +8,15 @@ use super::file::{Gathered, Part};
 use super::key::{self, KeyDoc, Number, Words};
 use super::tree::{Table, Value};
 
+/// What is to be said about a key.
+pub(super) struct Doc<'a> {
+    pub(super) kind: &'a str,
+    pub(super) unit: &'a str,
+    pub(super) allowed: &'a str,
+    pub(super) default: &'a str,
+    pub(super) about: &'a str,
+}
+
 /// One section, list entry or inline table of the case file.
 pub struct Section<'c> {
     table: Option<&'c Table>,
@@ -82,7 +91,8 @@ impl<'c> Section<'c> {
 
     /// A flag with a default.
     pub fn flag(&self, key: &str, default: bool, about: &str) -> bool {
-        self.document(key, "flag", "", "true | false", &default.to_string(), about);
+        let written = default.to_string();
+        self.document(key, Doc { kind: "flag", unit: "", allowed: "true | false", default: &written, about });
         let parse = |value: &Value| match value {
             Value::Flag(flag) => Some(*flag),
             _ => None,
@@ -94,12 +104,27 @@ impl<'c> Section<'c> {
 
     /// A list of exactly `count` finite numbers, if the key is there.
     pub fn vector(&self, key: &str, count: usize, unit: &str, about: &str) -> Option<Vec<f64>> {
-        self.document(key, "list of numbers", unit, "one number per dimension", "absent", about);
         let allowed = format!("a list of {count} numbers");
+        let documented = "one number per dimension";
+        self.document(
+            key,
+            Doc { kind: "list of numbers", unit, allowed: documented, default: "absent", about },
+        );
         let values =
             self.take(key, &allowed, |value| numbers(value).filter(|values| values.len() == count))?;
         self.record(key, values.clone().into());
         Some(values)
+    }
+
+    /// Two finite numbers, if the key is there: a window, or bounds.
+    pub fn pair(&self, key: &str, unit: &str, about: &str) -> Option<(f64, f64)> {
+        let allowed = "two numbers, the greater one last";
+        self.document(key, Doc { kind: "two numbers", unit, allowed, default: "absent", about });
+        let pair = self.take(key, allowed, |value| {
+            numbers(value).filter(|values| values.len() == 2 && values[0] <= values[1])
+        })?;
+        self.record(key, pair.clone().into());
+        Some((pair[0], pair[1]))
     }
 
     /// A list of exactly `count` numbers; zeros after a complaint.
@@ -117,7 +142,7 @@ impl<'c> Section<'c> {
     /// A list of rows of `columns` numbers, if the key is there: a table in time, for example.
     pub fn rows(&self, key: &str, columns: usize, unit: &str, about: &str) -> Option<Vec<Vec<f64>>> {
         let allowed = format!("a list of rows of {columns} numbers");
-        self.document(key, "list of rows", unit, &allowed, "absent", about);
+        self.document(key, Doc { kind: "list of rows", unit, allowed: &allowed, default: "absent", about });
         let rows = self.take(key, &allowed, |value| match value {
             Value::Array(items) => items
                 .iter()
@@ -204,15 +229,8 @@ impl<'c> Section<'c> {
         self.complain(key, "is missing", allowed, about);
     }
 
-    pub(super) fn document(
-        &self,
-        key: &str,
-        kind: &str,
-        unit: &str,
-        allowed: &str,
-        default: &str,
-        about: &str,
-    ) {
+    pub(super) fn document(&self, key: &str, doc: Doc<'_>) {
+        let Doc { kind, unit, allowed, default, about } = doc;
         self.asked.borrow_mut().insert(key.to_owned());
         self.gathered.borrow_mut().keys.push(KeyDoc {
             path: format!("{}{key}", self.prefix(false)),
