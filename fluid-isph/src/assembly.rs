@@ -142,17 +142,17 @@ fn assemble_chunk<const D: usize>(
     for k in 0..out.flux.len() {
         let aggregate = water.aggregate[first_row + k] as usize;
         let at = (water.occupied[aggregate] as usize, &water.position[first_row + k]);
-        let (density, coupling) = add_water_row(around, water, at, first_row + k, rows);
+        let own = add_water_row(around, water, at, first_row + k, rows);
         let walls = add_wall_row(around, at, rows);
         rows.wall_end.push(rows.wall_value.len() as u32);
         let full = around.kernel.full_diagonal;
-        let missing = (full - coupling - walls.coupling).max(0.0);
-        let diagonal = coupling + missing + REGULARISATION * full + walls.robin_diagonal;
-        set_diagonal(rows, first_row + k, diagonal as f32);
+        let missing = (full - own.coupling - walls.coupling).max(0.0);
+        let diagonal = own.coupling + missing + REGULARISATION * full + walls.robin_diagonal;
+        rows.value[own.own] = diagonal as f32;
         rows.stencil[(aggregate - rows.first_aggregate) * stencil + stencil / 2] +=
             f64::from(diagonal as f32);
         out.inverse[k] = 1.0 / diagonal as f32;
-        out.density[k] = (density + walls.density) as f32;
+        out.density[k] = (own.density + walls.density) as f32;
         out.first[k] = walls.first.unwrap_or([0.0; D]);
         out.flux[k] = walls.flux;
         if let Some(robin) = &mut out.robin {
@@ -161,8 +161,18 @@ fn assemble_chunk<const D: usize>(
     }
 }
 
-/// Finds the water neighbours and writes their row with a zero at the particle's own place; returns the sums of W
-/// (1/m^D) and of a_ij (1/m2), and adds the row to the matrix of the cells.
+/// Sums over the water around a particle.
+struct RowSums {
+    /// Sum of W, itself included, 1/m^D.
+    density: f64,
+    /// Sum of a_ij, 1/m2.
+    coupling: f64,
+    /// Place of the diagonal in the values.
+    own: usize,
+}
+
+/// Finds the water neighbours, writes their row with a zero at the particle's own place, and adds the row to the matrix
+/// of the cells.
 #[inline(always)]
 fn add_water_row<const D: usize>(
     around: Surroundings<'_, D>,
@@ -170,7 +180,7 @@ fn add_water_row<const D: usize>(
     at: (usize, &Vector<D>),
     particle: usize,
     rows: &mut RowChunk,
-) -> (f64, f64) {
+) -> RowSums {
     let kernel = around.kernel;
     let support2 = kernel.support_radius * kernel.support_radius;
     rows.near.find(around.grid, &water.cells, at, (support2, kernel.inverse_square()));
@@ -180,36 +190,50 @@ fn add_water_row<const D: usize>(
     rows.value.resize(begin + count, 0.0);
     let factor = -kernel.coupling_factor();
     let values = &mut rows.value[begin..];
-    let mut density = 0.0f32;
     for (value, q2) in values.iter_mut().zip(&mut rows.near.q2[..count]) {
         let (w, f) = shape(q2.sqrt());
         *value = factor * f;
         *q2 = w;
     }
-    for w in &rows.near.q2[..count] {
-        density += w;
-    }
-    let own = rows.near.index[..count].iter().position(|&j| j as usize == particle);
-    values[own.expect("a particle is its own neighbour")] = 0.0;
-    rows.end.push((begin + count) as u32);
+    let density = sum_in_lanes(&rows.near.q2[..count]);
+    // The particle itself is in the middle cell of its stencil.
     let stencil = 3usize.pow(D as u32);
-    let share = (water.aggregate[particle] as usize - rows.first_aggregate) * stencil;
-    let (mut sum, mut from) = (0.0, 0);
-    for (s, &end) in rows.near.segment_end[..stencil.min(STENCIL_MAX)].iter().enumerate() {
-        let part: f32 = values[from..end as usize].iter().sum();
-        rows.stencil[share + s] += f64::from(part);
-        sum += f64::from(part);
-        from = end as usize;
+    let middle = rows.near.segment_end[stencil / 2 - 1] as usize..rows.near.segment_end[stencil / 2] as usize;
+    let own = rows.near.index[middle.clone()].iter().position(|&j| j as usize == particle);
+    let own = middle.start + own.expect("a particle is its own neighbour");
+    values[own] = 0.0;
+    rows.end.push((begin + count) as u32);
+    // Running sums: the share of each cell is a difference, without a loop over each.
+    rows.running.clear();
+    let mut sum = 0.0;
+    rows.running.push(sum);
+    for &value in &rows.value[begin..] {
+        sum += f64::from(value);
+        rows.running.push(sum);
     }
-    (f64::from(density) * kernel.value_factor(), -sum)
+    let share = (water.aggregate[particle] as usize - rows.first_aggregate) * stencil;
+    let mut before = 0.0;
+    let segments = &rows.near.segment_end[..stencil.min(STENCIL_MAX)];
+    for (target, &end) in rows.stencil[share..share + stencil].iter_mut().zip(segments) {
+        let up_to = rows.running[end as usize];
+        *target += up_to - before;
+        before = up_to;
+    }
+    RowSums { density: f64::from(density) * kernel.value_factor(), coupling: -sum, own: begin + own }
 }
 
+/// Sum with eight running sums.
 #[inline(always)]
-fn set_diagonal(rows: &mut RowChunk, particle: usize, diagonal: f32) {
-    let row = rows.end.len() - 1;
-    let first = if row == 0 { 0 } else { rows.end[row - 1] as usize };
-    let own = rows.column[first..].iter().position(|&j| j as usize == particle);
-    rows.value[first + own.expect("a particle is its own neighbour")] = diagonal;
+fn sum_in_lanes(values: &[f32]) -> f32 {
+    let mut lanes = [0.0f32; 8];
+    let chunks = values.chunks_exact(8);
+    let tail: f32 = chunks.remainder().iter().sum();
+    for chunk in chunks {
+        for k in 0..8 {
+            lanes[k] += chunk[k];
+        }
+    }
+    lanes.iter().sum::<f32>() + tail
 }
 
 #[inline(always)]

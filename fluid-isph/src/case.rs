@@ -1,16 +1,10 @@
-//! `[fluid]`: the water's own section of the case, and its part of the plan.
+//! `[fluid]`: the water's own section of the case.
 
-use protocol::case::{
-    BoxFace, BoxRegion, CaseFile, CheckReport, Diagnostic, GaugeKind, LeftOut, Place, PlanFigure, Section,
-    Shared, SolidOutline,
-};
+use protocol::case::{BoxFace, BoxRegion, CaseFile, CheckReport, Section, Shared, SolidOutline};
 
-use crate::error::SetupError;
-use crate::kernel::Kernel;
-use crate::lattice::Lattice;
+use crate::plan::make_plan;
 use crate::scene::{Gravity, Scene, Source, Tank, WallFriction, WallPressure, WaterBox};
-use crate::time_step::StepLimits;
-use crate::vector::{Vector, norm};
+use crate::vector::Vector;
 
 /// The program's name in messages and reports.
 pub const NAME: &str = "fluid-isph";
@@ -25,8 +19,8 @@ const ELASTIC_RELAXATION: f64 = 0.02;
 pub fn check(case: &CaseFile) -> CheckReport {
     let shared = Shared::read(case);
     let (plan, left_out) = match shared.header.dimension {
-        2 => plan::<2>(case, &shared),
-        _ => plan::<3>(case, &shared),
+        2 => make_plan::<2>(case, &shared),
+        _ => make_plan::<3>(case, &shared),
     };
     CheckReport::new(NAME, case, plan, left_out)
 }
@@ -244,134 +238,6 @@ fn check_body<const D: usize>(section: &Section<'_>, scene: &Scene<D>, solid: Op
             "Move one of them.",
         );
     }
-}
-
-fn plan<const D: usize>(case: &CaseFile, shared: &Shared) -> (Vec<PlanFigure>, Vec<LeftOut>) {
-    let Some(scene) = resolve::<D>(case, shared) else {
-        return (Vec::new(), vec![LeftOut::new("fluid-isph", "there is no water")]);
-    };
-    check_gauges(case, shared, &scene);
-    if !case.diagnostics().is_empty() {
-        return (Vec::new(), Vec::new());
-    }
-    match Lattice::new(&scene) {
-        Ok(lattice) => (figures(&scene, &lattice, shared.solid.as_ref()), left_out(&scene, shared)),
-        Err(error) => {
-            refuse_lattice(case, &scene, error);
-            (Vec::new(), Vec::new())
-        }
-    }
-}
-
-fn refuse_lattice<const D: usize>(case: &CaseFile, scene: &Scene<D>, error: SetupError) {
-    let hint = error.clone().into_failure(NAME).hint;
-    let Some(section) = case.section("fluid") else { return };
-    let allowed = match &error {
-        SetupError::SpacingTooLarge { length, .. } => format!("number <= {} in m", length / 4.0),
-        _ => format!("a spacing near {} that divides water and tank", scene.particle_spacing),
-    };
-    section.complain("spacing", error.to_string(), &allowed, &hint);
-}
-
-fn check_gauges<const D: usize>(case: &CaseFile, shared: &Shared, scene: &Scene<D>) {
-    let tank = &scene.tank;
-    for gauge in &shared.gauges {
-        let message = match &gauge.kind {
-            GaugeKind::Pressure { point } | GaugeKind::WaterLevel { point } => {
-                let outside = (0..D).any(|k| {
-                    let tolerance = 1e-6 * (tank.max[k] - tank.min[k]);
-                    point[k] < tank.min[k] - tolerance || point[k] > tank.max[k] + tolerance
-                });
-                outside.then(|| format!("the point {point:?} lies outside the domain"))
-            }
-            GaugeKind::Force { on } if on == "body" => {
-                shared.solid.is_none().then(|| "there is no body to measure the force on".to_owned())
-            }
-            GaugeKind::Force { on } => BoxFace::from_name(on)
-                .is_some_and(|face| tank.open[face.axis()][usize::from(face.sign() > 0.0)])
-                .then(|| format!("the face \"{on}\" is open: there is no wall to measure the force on")),
-            _ => None,
-        };
-        if let Some(message) = message {
-            case.complain(Diagnostic {
-                place: Place::Scene,
-                key: format!("gauge \"{}\"", gauge.name),
-                message,
-                allowed: String::new(),
-                hint: "Compare the gauge with [domain] and [solid].".to_owned(),
-            });
-        }
-    }
-}
-
-fn figures<const D: usize>(
-    scene: &Scene<D>,
-    lattice: &Lattice<D>,
-    solid: Option<&SolidOutline>,
-) -> Vec<PlanFigure> {
-    let spacing = lattice.spacing;
-    let body = solid.map_or(0.0, |solid| {
-        (0..D).map(|k| (solid.region.length(k) / spacing).round().max(1.0)).product::<f64>()
-    });
-    let (water, wall) = (lattice.water.len() as f64, lattice.wall.len() as f64);
-    // Rows of 8 bytes an entry, columns, search lists; 56 neighbours in 3-D, 20 in 2-D; the cells of the search grid.
-    let per_water = if D == 3 { 8.0 * 75.0 + 260.0 } else { 8.0 * 28.0 + 220.0 };
-    let support = Kernel::<D>::new(spacing).support_radius;
-    let cells: f64 = (0..D).map(|k| 1.5 * (scene.tank.max[k] - scene.tank.min[k]) / support + 6.0).product();
-    let memory = water * per_water + (wall + body) * 180.0 + cells * 60.0;
-    let adjusted = format!(
-        "asked for {}, changed by {:+.2} %",
-        scene.particle_spacing,
-        (spacing / scene.particle_spacing - 1.0) * 100.0
-    );
-    let gravity = norm(&scene.gravity.vector);
-    let fall: f64 = scene.water.iter().map(|water| water.max[1] - scene.tank.min[1]).fold(0.0, f64::max);
-    let start = scene.water.iter().map(|water| norm(&water.velocity)).fold(0.0, f64::max);
-    let limits = |speed: f64| StepLimits {
-        courant: scene.courant,
-        spacing,
-        speed,
-        gravity,
-        viscosity: scene.kinematic_viscosity.unwrap_or(0.0),
-    };
-    let fastest = (2.0 * gravity * fall).sqrt().max(start);
-    vec![
-        PlanFigure::new("spacing_m", spacing, adjusted),
-        PlanFigure::new("water_particles", water, ""),
-        PlanFigure::new("wall_particles", wall, "three layers behind every closed face"),
-        PlanFigure::new("body_particles", body, "without ghost rows"),
-        PlanFigure::new("memory_bytes", memory, "estimate"),
-        PlanFigure::new(
-            "dt_limit_s",
-            limits(fastest).longest(),
-            format!(
-                "at {fastest:.2} m/s, the speed of the highest fall; first step {:.2e} s",
-                limits(start).longest()
-            ),
-        ),
-    ]
-}
-
-fn left_out<const D: usize>(scene: &Scene<D>, shared: &Shared) -> Vec<LeftOut> {
-    let mut list = Vec::new();
-    let mut note = |absent: bool, what: &str, why: &str| {
-        if absent {
-            list.push(LeftOut::new(what, why));
-        }
-    };
-    let viscous = scene.kinematic_viscosity.is_some() || scene.smagorinsky.is_some();
-    note(!viscous, "viscous term", "no kinematic_viscosity and no smagorinsky");
-    note(scene.smagorinsky.is_none(), "turbulence", "no smagorinsky");
-    note(viscous && scene.friction == WallFriction::Slip, "friction at walls", "walls = \"slip\"");
-    note(scene.gravity.vector == [0.0; D], "gravity", "no [gravity]");
-    note(shared.solid.is_none(), "body particles, loads and markers", "no [solid]");
-    note(
-        shared.gauges.iter().all(|gauge| !gauge.kind.is_of_fluid()),
-        "gauges of the water",
-        "none asked for",
-    );
-    note(shared.output.fields_every.is_none(), "fields of the water", "no output.fields_every");
-    list
 }
 
 #[cfg(test)]

@@ -6,6 +6,9 @@
 
 use crate::vector::Vector;
 
+/// Points a vector holds in the distance loop.
+const LANES: usize = 4;
+
 /// No cell of the stencil beyond 3^3.
 pub const STENCIL_MAX: usize = 27;
 
@@ -157,6 +160,8 @@ impl<const D: usize> CellList<D> {
         for (k, column) in self.coordinate.iter_mut().enumerate() {
             column.clear();
             column.extend(self.order.iter().map(|&point| points[point as usize][k]));
+            // The distance loop reads whole vectors.
+            column.resize(column.len() + LANES, f64::INFINITY);
         }
     }
 
@@ -222,8 +227,13 @@ impl Neighbours {
         let fraction = grid.fraction(x);
         let reach2 = support2 * grid.inverse_edge * grid.inverse_edge;
         let mut count = 0;
+        let gap2: [[f64; 3]; D] = std::array::from_fn(|k| {
+            [fraction[k] * fraction[k], 0.0, (1.0 - fraction[k]) * (1.0 - fraction[k])]
+        });
         for (row, middle) in grid.rows(cell).enumerate() {
-            let rest2 = reach2 - row_gap2(row, &fraction);
+            // Squared distance of the row from the point, in cell edges.
+            let gap2 = if D == 2 { gap2[1][row] } else { gap2[1][row % 3] + gap2[D - 1][row / 3] };
+            let rest2 = reach2 - gap2;
             if rest2 <= 0.0 {
                 self.segment_end[3 * row..3 * row + 3].fill(count as u32);
                 continue;
@@ -234,62 +244,59 @@ impl Neighbours {
             let begin = SLICES * (middle - 1);
             let first = list.start[begin + slices[0]] as usize;
             let last = list.start[begin + (slices[1] + 1).min(3 * SLICES)] as usize;
-            let ends =
-                [SLICES, 2 * SLICES, 3 * SLICES].map(|k| (list.start[begin + k] as usize).clamp(first, last));
+            let ends = [SLICES, 2 * SLICES].map(|k| list.start[begin + k]);
             let found = last - first;
-            if self.r2.len() < found {
-                self.r2.resize(2 * found, 0.0);
+            if self.r2.len() < found + LANES {
+                self.r2.resize(2 * (found + LANES), 0.0);
             }
             if self.index.len() < count + found {
                 self.index.resize(2 * (count + found), 0);
                 self.q2.resize(2 * (count + found), 0.0);
             }
             // Local slices: the columns cannot alias, their places need no reloading.
-            let (r2, index, q2) =
-                (&mut self.r2[..found], &mut self.index[..count + found], &mut self.q2[..count + found]);
+            let (r2, index, q2) = (
+                &mut self.r2[..found.next_multiple_of(LANES)],
+                &mut self.index[..count + found],
+                &mut self.q2[..count + found],
+            );
             squared_distances(list, first, x, r2);
-            let mut from = first;
-            for (k, end) in ends.into_iter().enumerate() {
-                for (candidate, &r2) in (from as u32..end as u32).zip(&r2[from - first..end - first]) {
-                    index[count] = candidate;
-                    q2[count] = r2 as f32 * inverse_h2;
-                    count += usize::from(r2 < support2);
-                }
-                from = end;
-                self.segment_end[3 * row + k] = count as u32;
+            // Without a branch on the distance or at the cells' borders: both would be mispredicted half the time.
+            let mut below = [count as u32; 2];
+            for (candidate, &r2) in (first as u32..last as u32).zip(&*r2) {
+                index[count] = candidate;
+                q2[count] = r2 as f32 * inverse_h2;
+                let hit = u32::from(r2 < support2);
+                count += hit as usize;
+                below[0] += hit & u32::from(candidate < ends[0]);
+                below[1] += hit & u32::from(candidate < ends[1]);
             }
+            self.segment_end[3 * row] = below[0];
+            self.segment_end[3 * row + 1] = below[1];
+            self.segment_end[3 * row + 2] = count as u32;
         }
         self.count = count;
     }
 }
 
-/// Squared distance of a point from a row of cells beside its own, in squared cell edges.
-#[inline(always)]
-fn row_gap2<const D: usize>(row: usize, fraction: &Vector<D>) -> f64 {
-    let steps = [row % 3, row / 3];
-    let mut gap2 = 0.0;
-    for k in 1..D {
-        let gap = [fraction[k], 0.0, 1.0 - fraction[k]][steps[k - 1]];
-        gap2 += gap * gap;
-    }
-    gap2
-}
-
+/// Squared distances of `x` from the points from `first` on, whole vectors.
 #[inline(always)]
 fn squared_distances<const D: usize>(list: &CellList<D>, first: usize, x: &Vector<D>, r2: &mut [f64]) {
     let count = r2.len();
+    let column = |k: usize| list.coordinate[k][first..first + count].chunks_exact(LANES);
+    let planes = column(0).zip(column(1));
     if D == 2 {
-        let (a, b) = (&list.coordinate[0][first..first + count], &list.coordinate[1][first..first + count]);
-        for k in 0..count {
-            let (dx, dy) = (x[0] - a[k], x[1] - b[k]);
-            r2[k] = dx * dx + dy * dy;
+        for (r2, (a, b)) in r2.chunks_exact_mut(LANES).zip(planes) {
+            for k in 0..LANES {
+                let (dx, dy) = (x[0] - a[k], x[1] - b[k]);
+                r2[k] = dx * dx + dy * dy;
+            }
         }
     } else {
-        let (a, b) = (&list.coordinate[0][first..first + count], &list.coordinate[1][first..first + count]);
-        let c = &list.coordinate[2][first..first + count];
-        for k in 0..count {
-            let (dx, dy, dz) = (x[0] - a[k], x[1] - b[k], x[D - 1] - c[k]);
-            r2[k] = dx * dx + dy * dy + dz * dz;
+        for (r2, ((a, b), c)) in r2.chunks_exact_mut(LANES).zip(planes.zip(column(D - 1))) {
+            for k in 0..LANES {
+                let (dx, dy, dz) = (x[0] - a[k], x[1] - b[k], x[D - 1] - c[k]);
+                r2[k] = dx * dx + dy * dy + dz * dz;
+            }
         }
     }
 }

@@ -1,38 +1,33 @@
-//! The water and everything around it; the phases `step.rs` lists.
+//! The water and everything around it: what a run calls, and the state `phases.rs` works on.
 
 use protocol::interface::{BodyMesh, Response};
 use protocol::phases::{PhaseClock, PhaseTime};
-use rayon::prelude::*;
 
-use crate::assembly::{RobinTerms, Surroundings, WallMoments, assemble_pressure_matrix};
+use crate::assembly::WallMoments;
 use crate::body::{Body, Motion};
 use crate::body_layout::LayoutRules;
 use crate::cells::Grid;
-use crate::correction::{CorrectionTerm, Guard, correct_velocity};
+use crate::correction::Guard;
 use crate::error::{FluidError, SetupError, StepFault};
 use crate::health::Health;
 use crate::kernel::Kernel;
 use crate::lattice::Lattice;
-use crate::markers::{Markers, PressureField};
-use crate::parallel::{CHUNK, LIGHT, chunk_count};
+use crate::markers::Markers;
+use crate::parallel::chunk_count;
 use crate::particles::Water;
 use crate::pressure::conjugate_gradient::ConjugateGradient;
 use crate::pressure::matrix::PressureMatrix;
 use crate::pressure::multigrid::Multigrid;
 use crate::scene::Scene;
-use crate::source::{SURFACE_DENSITY, SourceTerm, assemble_source};
-use crate::time_step::{LARGEST_MOVE, StepLimits, largest_speed};
+use crate::time_step::{StepLimits, largest_speed};
 use crate::turbulence::Smagorinsky;
-use crate::vector::{Vector, add_scaled, dot, norm, sub};
+use crate::vector::{Vector, dot, norm};
 use crate::viscosity::Viscosity;
 use crate::wall_pressure::WallSearch;
 use crate::walls::Walls;
 
 /// Share of a closed tank's volume above which the water is taken to fill it: there is no free surface then.
 const FULL_TANK: f64 = 0.98;
-
-/// A step may be halved this often before it is given up.
-const HALVINGS: i32 = 6;
 
 /// The run stops when water is faster than this times the largest speed the scene can produce.
 const RUNAWAY: f64 = 10.0;
@@ -54,31 +49,31 @@ pub struct Fluid<const D: usize> {
     pub(crate) viscosity: Option<Viscosity<D>>,
     pub(crate) turbulence: Option<Smagorinsky>,
     pub(crate) health: Health,
-    matrix: PressureMatrix,
-    moments: WallMoments<D>,
-    source: Vec<f32>,
-    multigrid: Multigrid<D>,
-    solver: ConjugateGradient,
-    wall_search: WallSearch,
-    guard: Guard<D>,
-    clock: PhaseClock,
-    has_free_surface: bool,
+    pub(crate) matrix: PressureMatrix,
+    pub(crate) moments: WallMoments<D>,
+    pub(crate) source: Vec<f32>,
+    pub(crate) multigrid: Multigrid<D>,
+    pub(crate) solver: ConjugateGradient,
+    pub(crate) wall_search: WallSearch,
+    pub(crate) guard: Guard<D>,
+    pub(crate) clock: PhaseClock,
+    pub(crate) has_free_surface: bool,
     /// Velocity at the start of the sub-step, for a repeat with a shorter one.
-    start_velocity: Vec<Vector<D>>,
-    partial: Vec<[f64; 2]>,
-    step_number: u64,
+    pub(crate) start_velocity: Vec<Vector<D>>,
+    pub(crate) partial: Vec<[f64; 2]>,
+    pub(crate) step_number: u64,
     pub(crate) time: f64,
-    speed: f64,
-    speed_limit: f64,
-    energy: Energy,
+    pub(crate) speed: f64,
+    pub(crate) speed_limit: f64,
+    pub(crate) energy: Energy,
     /// Height of the water's surface at the start above the lowest corner of the tank, along gravity, m.
     pub(crate) surface: f64,
     pub(crate) marker_pressure: Vec<f64>,
     pub(crate) pair_force: Vec<f64>,
-    last_substeps: u32,
-    iterations: u64,
-    clamped: u64,
-    solved: u64,
+    pub(crate) last_substeps: u32,
+    pub(crate) iterations: u64,
+    pub(crate) clamped: u64,
+    pub(crate) solved: u64,
 }
 
 /// Energy account, J (2-D: per m depth).
@@ -88,8 +83,8 @@ pub(crate) struct Energy {
     pub(crate) potential: f64,
     /// Work done on the water since the start, less what left with particles.
     pub(crate) work: f64,
-    start: f64,
-    reference: f64,
+    pub(crate) start: f64,
+    pub(crate) reference: f64,
 }
 
 impl<const D: usize> Fluid<D> {
@@ -190,7 +185,7 @@ impl<const D: usize> Fluid<D> {
         self.energy.reference = self.energy.kinetic + mass * g * self.mean_height();
     }
 
-    fn largest_gravity(&self) -> f64 {
+    pub(crate) fn largest_gravity(&self) -> f64 {
         let factor = match &self.scene.gravity.factor {
             Some(table) => table.iter().map(|row| row.1.abs()).fold(0.0, f64::max),
             None => 1.0,
@@ -306,296 +301,6 @@ impl<const D: usize> Fluid<D> {
         result
     }
 
-    pub(crate) fn sort_particles(&mut self) {
-        self.water.sort(&self.grid);
-    }
-
-    pub(crate) fn place_body(&mut self) {
-        if let Some(body) = &self.body {
-            body.place(&mut self.walls);
-            self.walls.sort_body(&self.grid, self.spacing);
-        }
-    }
-
-    pub(crate) fn assemble_matrix(&mut self) {
-        let g = self.scene.gravity.at(self.time);
-        let rho = self.scene.reference_density;
-        let robin = self.body.as_ref().filter(|body| body.response == Response::Robin);
-        let around = Surroundings {
-            grid: &self.grid,
-            kernel: &self.kernel,
-            walls: &self.walls,
-            robin: robin.map(|body| RobinTerms {
-                coefficient: &body.robin_coefficient,
-                old_pressure: &body.old_pressure,
-                weight_density: g.map(|component| rho * component),
-            }),
-        };
-        assemble_pressure_matrix(around, &mut self.water, &mut self.matrix, &mut self.moments);
-        self.measure_density();
-    }
-
-    fn measure_density(&mut self) {
-        let n0 = self.kernel.lattice_density as f32;
-        let (mut largest, mut volume, mut count) = (0.0f32, 0.0, 0u64);
-        for &n in self.water.number_density.iter().filter(|&&n| n >= SURFACE_DENSITY * n0) {
-            largest = largest.max((n / n0 - 1.0).abs());
-            volume += f64::from(n0 / n);
-            count += 1;
-        }
-        self.health.max_density_error = self.health.max_density_error.max(f64::from(largest));
-        if count > 0 {
-            self.health.volume_error = (volume - count as f64).abs() / self.water.len() as f64;
-        }
-    }
-
-    pub(crate) fn find_eddy_viscosity(&mut self) {
-        if let Some(model) = &mut self.turbulence {
-            model.evaluate(&self.water, &self.matrix);
-        }
-    }
-
-    pub(crate) fn find_viscous_acceleration(&mut self) {
-        let eddy = self.turbulence.as_ref().map_or(&[][..], |model| &model.eddy_viscosity);
-        if let Some(term) = &mut self.viscosity {
-            term.evaluate(&self.water, &self.walls, &self.matrix, eddy);
-        }
-    }
-
-    pub(crate) fn build_preconditioner(&mut self) {
-        if !self.water.is_empty() {
-            self.multigrid.build(&self.grid, &self.water, &self.matrix);
-        }
-        self.start_velocity.clear();
-        self.start_velocity.extend_from_slice(&self.water.velocity);
-    }
-
-    /// v* = v + dt (g + viscous acceleration): (3) of the paper.
-    pub(crate) fn find_intermediate_velocity(&mut self, dt: f64) {
-        let g = self.scene.gravity.at(self.time + dt);
-        let viscous = self.viscosity.as_ref().map(|term| &term.acceleration);
-        let columns = self.water.velocity.par_chunks_mut(CHUNK).zip(self.start_velocity.par_chunks(CHUNK));
-        columns.enumerate().with_min_len(LIGHT).for_each(|(number, (velocity, start))| {
-            for (k, (v, start)) in velocity.iter_mut().zip(start).enumerate() {
-                *v = *start;
-                add_scaled(v, dt, &g);
-                if let Some(acceleration) = viscous {
-                    add_scaled(v, dt, &acceleration[number * CHUNK + k]);
-                }
-            }
-        });
-    }
-
-    pub(crate) fn assemble_source(&mut self, dt: f64) {
-        let rho = self.scene.reference_density;
-        let term = SourceTerm {
-            divergence_factor: rho / dt,
-            density_factor: self.scene.source.alpha(dt) * rho / (dt * dt),
-            lattice_density: self.kernel.lattice_density,
-        };
-        assemble_source(term, &self.water, &self.matrix, &self.moments, &mut self.source);
-        if !self.has_free_surface && !self.source.is_empty() {
-            // A full tank has no level: the equation is solvable only for a source of mean zero.
-            let mean = self.source.iter().map(|&b| f64::from(b)).sum::<f64>() / self.source.len() as f64;
-            self.source.iter_mut().for_each(|b| *b -= mean as f32);
-        }
-    }
-
-    /// Solves the pressure equation and sets negative pressures to zero (free surface: water bears no tension), or
-    /// shifts the least pressure to zero (full tank).
-    pub(crate) fn solve_pressure(&mut self) -> Result<(), StepFault> {
-        let mut pressure = std::mem::take(&mut self.water.pressure);
-        let system = (&self.water, &self.matrix, &mut self.multigrid);
-        let solved = self.solver.solve(system, &self.source, &mut pressure, self.scene.pressure_tolerance);
-        if self.has_free_surface {
-            self.clamped += pressure.iter().filter(|&&p| p < 0.0).count() as u64;
-            pressure.iter_mut().for_each(|p| *p = p.max(0.0));
-        } else {
-            let least = pressure.iter().copied().fold(f32::INFINITY, f32::min);
-            pressure.iter_mut().for_each(|p| *p -= least);
-        }
-        self.solved += pressure.len() as u64;
-        self.water.pressure = pressure;
-        self.iterations += u64::from(solved?.iterations);
-        Ok(())
-    }
-
-    pub(crate) fn field(&self) -> PressureField<'_, D> {
-        PressureField {
-            grid: &self.grid,
-            kernel: &self.kernel,
-            water: &self.water,
-            reference_density: self.scene.reference_density,
-        }
-    }
-
-    pub(crate) fn find_wall_pressure(&mut self, dt: f64) {
-        let g = self.scene.gravity.at(self.time + dt);
-        let field = PressureField {
-            grid: &self.grid,
-            kernel: &self.kernel,
-            water: &self.water,
-            reference_density: self.scene.reference_density,
-        };
-        self.wall_search.evaluate(field, &mut self.walls, &g);
-    }
-
-    fn correction_term(&self, dt: f64) -> CorrectionTerm<D> {
-        CorrectionTerm {
-            dt,
-            reference_density: self.scene.reference_density,
-            gravity: self.scene.gravity.at(self.time + dt),
-            wall_pressure: self.scene.wall_pressure,
-            spacing: self.spacing,
-        }
-    }
-
-    pub(crate) fn correct_velocity(&mut self, dt: f64) {
-        let term = self.correction_term(dt);
-        correct_velocity(term, &self.walls, &self.matrix, &mut self.water, &mut self.guard);
-    }
-
-    /// The half of `dt` if water would move further than half a spacing, `None` if the step stands.
-    pub(crate) fn shorter_step(&mut self, dt: f64) -> Result<Option<f64>, StepFault> {
-        let (speed, item) = largest_speed(&self.water.velocity);
-        self.speed = speed;
-        let moved = speed * dt / self.spacing;
-        if moved <= LARGEST_MOVE {
-            return Ok(None);
-        }
-        if speed > self.speed_limit {
-            return Err(StepFault::Runaway { item, speed, limit: self.speed_limit });
-        }
-        if dt < self.admitted_time_step() * 0.5f64.powi(HALVINGS) {
-            return Err(StepFault::StepTooLarge { item, moved, dt });
-        }
-        self.health.shortened_steps += 1;
-        Ok(Some(0.5 * dt))
-    }
-
-    /// Load of this sub-step on the body's particles and markers, the Robin wall's give-way, the work done.
-    pub(crate) fn find_load(&mut self, dt: f64) {
-        let g = self.scene.gravity.at(self.time + dt);
-        let field = PressureField {
-            grid: &self.grid,
-            kernel: &self.kernel,
-            water: &self.water,
-            reference_density: self.scene.reference_density,
-        };
-        let Some(body) = &mut self.body else { return };
-        let walls = (&self.walls, self.scene.wall_pressure);
-        self.wall_search.forces(field, walls, self.walls.body(), &g, &mut body.load);
-        let mass = self.scene.reference_density * self.kernel.volume;
-        let water = (&self.water, self.spacing);
-        self.guard.add_to_load((&self.walls, &self.matrix.chunks), water, (mass, dt), &mut body.load);
-        if let Some(markers) = &mut self.markers {
-            markers.evaluate(field, (&body.node_position, &body.node_acceleration), &g);
-        }
-        body.give_way(&self.walls, dt, self.scene.reference_density);
-        let velocity = &self.walls.velocity[self.walls.body()];
-        let power: f64 = body.load.iter().zip(velocity).map(|(force, v)| dot(force, v)).sum();
-        self.energy.work -= power * dt;
-    }
-
-    /// x += dt v, and the guard's pushes.
-    pub(crate) fn move_particles(&mut self, dt: f64) {
-        let columns = self.water.position.par_chunks_mut(CHUNK).zip(self.water.velocity.par_chunks(CHUNK));
-        columns.with_min_len(LIGHT).for_each(|(position, velocity)| {
-            for (x, v) in position.iter_mut().zip(velocity) {
-                add_scaled(x, dt, v);
-            }
-        });
-        for hit in self.guard.hits() {
-            add_scaled(&mut self.water.position[hit.particle as usize], 1.0, &hit.push);
-            self.health.guard_hits += 1;
-        }
-        // A change of gravity changes the potential energy of all water: work of whoever changes it.
-        let change = sub(&self.scene.gravity.at(self.time + dt), &self.scene.gravity.at(self.time));
-        if change != [0.0; D] {
-            let mass = self.particle_mass();
-            let work: f64 = self.water.position.iter().map(|x| -mass * dot(x, &change)).sum();
-            self.energy.work += work;
-        }
-        self.time += dt;
-    }
-
-    /// Books speeds and energy, retires particles that left.
-    pub(crate) fn check_particles(&mut self, _dt: f64) -> Result<(), StepFault> {
-        self.health.substeps += 1;
-        self.health.max_speed = self.health.max_speed.max(self.speed);
-        self.health.mean_pressure_iterations = self.iterations as f64 / self.health.substeps as f64;
-        self.health.clamped_share = self.clamped as f64 / self.solved.max(1) as f64;
-        if self.speed > self.speed_limit {
-            let (speed, item) = largest_speed(&self.water.velocity);
-            return Err(StepFault::Runaway { item, speed, limit: self.speed_limit });
-        }
-        self.retire_lost();
-        (self.energy.kinetic, self.energy.potential) = self.measure_energy();
-        let gain = self.energy.kinetic + self.energy.potential - self.energy.start - self.energy.work;
-        let reference = self.energy.reference.max(self.energy.kinetic);
-        if reference > 0.0 {
-            self.health.energy_error = self.health.energy_error.max(gain / reference);
-        }
-        Ok(())
-    }
-
-    /// Kinetic energy sum m v^2/2 and potential energy -sum m g.x, J, over fixed chunks.
-    fn measure_energy(&mut self) -> (f64, f64) {
-        let g = self.scene.gravity.at(self.time);
-        let mass = self.particle_mass();
-        self.partial.resize(chunk_count(self.water.len()), [0.0; 2]);
-        let columns = self.water.position.par_chunks(CHUNK).zip(self.water.velocity.par_chunks(CHUNK));
-        columns.zip(&mut self.partial).with_min_len(LIGHT).for_each(|((position, velocity), partial)| {
-            *partial = [0.0; 2];
-            for (x, v) in position.iter().zip(velocity) {
-                partial[0] += 0.5 * mass * dot(v, v);
-                partial[1] -= mass * dot(&g, x);
-            }
-        });
-        self.partial.iter().fold((0.0, 0.0), |sum, part| (sum.0 + part[0], sum.1 + part[1]))
-    }
-
-    fn retire_lost(&mut self) {
-        let (tank, grid, margin) = (&self.scene.tank, &self.grid, 1.5 * self.spacing);
-        let fate = |x: &Vector<D>, v: &Vector<D>| {
-            if x.iter().chain(v).any(|value| !value.is_finite()) {
-                return Fate::Broken;
-            }
-            let past = |k: usize, margin: f64| [tank.min[k] - x[k] > margin, x[k] - tank.max[k] > margin];
-            let over_rim = (0..D).any(|k| (0..2).any(|side| tank.open[k][side] && past(k, 0.0)[side]));
-            let through = (0..D).any(|k| (0..2).any(|side| !tank.open[k][side] && past(k, margin)[side]));
-            match (over_rim, through || grid.inner_cell(x).is_none()) {
-                (_, false) => Fate::Stays,
-                (true, true) => Fate::Outflow,
-                (false, true) => Fate::Escaped,
-            }
-        };
-        let water = &self.water;
-        if (0..water.len())
-            .into_par_iter()
-            .with_min_len(4096)
-            .all(|i| matches!(fate(&water.position[i], &water.velocity[i]), Fate::Stays))
-        {
-            return;
-        }
-        let (g, mass) = (self.scene.gravity.at(self.time), self.scene.reference_density * self.kernel.volume);
-        let (health, energy) = (&mut self.health, &mut self.energy);
-        self.water.retire(|x, v| {
-            match fate(x, v) {
-                Fate::Stays => return false,
-                Fate::Broken => health.broken_particles += 1,
-                Fate::Outflow => health.outflow_particles += 1,
-                Fate::Escaped => health.escaped_particles += 1,
-            }
-            let energy_taken = mass * (0.5 * dot(v, v) - dot(&g, x));
-            if energy_taken.is_finite() {
-                energy.work -= energy_taken;
-            }
-            true
-        });
-        self.water.sort(&self.grid);
-    }
-
     /// Pressure at the markers, mean over the last coupling step, Pa, in the order of `Facets::markers()`.
     pub fn marker_pressure(&self) -> &[f64] {
         &self.marker_pressure
@@ -660,14 +365,6 @@ impl<const D: usize> Fluid<D> {
     pub fn energy(&self) -> (f64, f64, f64) {
         (self.energy.kinetic, self.energy.potential, self.energy.work)
     }
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Fate {
-    Stays,
-    Broken,
-    Outflow,
-    Escaped,
 }
 
 /// The grid covers the tank, its walls, and half the tank's size beyond open faces.

@@ -28,6 +28,8 @@ pub mod output;
 mod parallel;
 pub mod participant;
 pub mod particles;
+mod phases;
+mod plan;
 pub mod pressure;
 pub mod scene;
 pub mod source;

@@ -35,7 +35,7 @@ impl<const D: usize> Fluid<D> {
             self.timed("load", |fluid| fluid.find_load(dt)); // reaction to (4), markers by (7)
         }
         self.timed("move", |fluid| fluid.move_particles(dt)); // x += dt v, after every neighbour has read x
-        self.timed("check", |fluid| fluid.check_particles(dt))?;
+        self.timed("check", Self::check_particles)?;
         Ok(dt)
     }
 }

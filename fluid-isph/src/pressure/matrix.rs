@@ -30,6 +30,8 @@ pub struct RowChunk {
     pub stencil: Vec<f64>,
     /// Search buffer.
     pub near: Neighbours,
+    /// Running sums of the row being written.
+    pub running: Vec<f64>,
 }
 
 impl RowChunk {

@@ -5,7 +5,7 @@ use protocol::interface::{BodyMesh, Facets, Response};
 
 /// A horizontal plate from x = 0 to `length` m, its upper face at y = 0, `thickness` m thick, wet above only; in 3-D
 /// `depth` m deep. First local axis up, across the plate.
-pub fn floor_plate(
+pub(crate) fn floor_plate(
     (length, thickness, depth): (f64, f64, Option<f64>),
     cells: usize,
     (response, response_mass): (Response, f64),
@@ -50,7 +50,7 @@ pub fn floor_plate(
 
 /// A column of water `height` m high on a floor plate, between walls; the tank has no floor of its own.
 #[allow(dead_code, reason = "each test file uses its part")]
-pub fn column_on_plate(width: f64, height: f64, thickness: f64, spacing: f64) -> Scene<2> {
+pub(crate) fn column_on_plate(width: f64, height: f64, thickness: f64, spacing: f64) -> Scene<2> {
     let tank =
         Tank { min: [0.0, -2.0 * thickness], max: [width, 2.0 * height], open: [[false; 2], [true; 2]] };
     let water = WaterBox { min: [0.0; 2], max: [width, height], velocity: [0.0; 2] };
@@ -59,7 +59,11 @@ pub fn column_on_plate(width: f64, height: f64, thickness: f64, spacing: f64) ->
 
 /// An upright plate on the floor, `thickness` x `height` m with its left face at x, wet on both faces and the top.
 #[allow(dead_code, reason = "each test file uses its part")]
-pub fn upright_plate((x, thickness, height): (f64, f64, f64), cells: usize, response: Response) -> BodyMesh {
+pub(crate) fn upright_plate(
+    (x, thickness, height): (f64, f64, f64),
+    cells: usize,
+    response: Response,
+) -> BodyMesh {
     let mut reference_position = Vec::new();
     for k in 0..=cells {
         for side in [x, x + thickness] {
