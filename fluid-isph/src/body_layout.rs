@@ -99,7 +99,7 @@ pub fn embed_particles<const D: usize>(
     mesh: &BodyMesh,
     rules: LayoutRules<'_, D>,
 ) -> Result<Vec<Embedded<D>>, SetupError> {
-    if mesh.dimension != D || mesh.cells.len() % (1 << D) != 0 {
+    if mesh.dimension != D || !mesh.cells.len().is_multiple_of(1 << D) {
         return Err(SetupError::BodyMesh { what: "its dimension is not the scene's" });
     }
     let mut particles = Vec::new();

@@ -1,5 +1,7 @@
 //! Properties the method must have whatever the scene: symmetry, balance, invariance, repeatability.
 
+#![expect(clippy::unwrap_used, reason = "a failing helper must fail the test")]
+
 mod common;
 
 use common::{floor_plate, upright_plate};

@@ -1,6 +1,8 @@
 //! A water column on a piston held by a spring: the coupled frequency is sqrt(k/(m + m_a)) with m_a = rho_f h, and a
 //! Robin wall must stay stable however large the ratio r = m_a/m.
 
+#![expect(clippy::unwrap_used, reason = "a failing helper must fail the test")]
+
 mod common;
 
 use common::{column_on_plate, floor_plate};

@@ -1,5 +1,7 @@
 //! Scenes with a known answer: still water, and the collapse of a column.
 
+#![expect(clippy::unwrap_used, reason = "a failing helper must fail the test")]
+
 use fluid_isph::Fluid;
 use fluid_isph::scene::{Face, Scene, Tank, WaterBox};
 

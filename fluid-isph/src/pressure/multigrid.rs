@@ -292,8 +292,8 @@ impl Level {
             let row = finer.parent[cell] as usize * stencil;
             for s in 0..stencil {
                 let steps = [s % 3, s / 3 % 3, if D == 3 { s / 9 } else { 1 }];
-                // Step of the parents: floor((parity + step) / 2), here shifted by one to stay positive.
-                let up: [usize; 3] = std::array::from_fn(|k| (at[k] as usize % 2 + steps[k] + 1) / 2);
+                // Step of the parents: floor((parity + step) / 2), all shifted by one to stay positive.
+                let up: [usize; 3] = std::array::from_fn(|k| (at[k] as usize % 2 + steps[k]).div_ceil(2));
                 let target = if D == 3 { up[0] + 3 * up[1] + 9 * up[2] } else { up[0] + 3 * up[1] };
                 self.value[row + target] += finer.value[cell * stencil + s];
             }
