@@ -33,5 +33,9 @@ fn number(name: &str, value: f64) -> String {
     if name.ends_with("_bytes") {
         return format!("{:.1} MB", value / 1e6);
     }
-    if value.fract() == 0.0 && value.abs() < 1e12 { format!("{value}") } else { format!("{value:.4e}") }
+    match value.abs() {
+        size if value.fract() == 0.0 && size < 1e12 => format!("{value}"),
+        size if (0.01..1e4).contains(&size) => format!("{value:.4}"),
+        _ => format!("{value:.4e}"),
+    }
 }

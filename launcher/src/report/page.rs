@@ -19,7 +19,7 @@ h1{font-size:1.5em;margin-bottom:0}h2{font-size:1.15em;margin-top:2em;border-bot
 table{border-collapse:collapse;font-size:13.5px;margin:.5em 0}td,th{padding:2px 12px 2px 0;text-align:left;vertical-align:top}\
 td.n{text-align:right;font-variant-numeric:tabular-nums}.good{color:#1f7a43}.bad{color:#b3261e;font-weight:600}\
 svg{width:100%;height:auto;font:11px system-ui,sans-serif;fill:#1d2733}svg .title{font-size:13px;font-weight:600}\
-.grid{stroke:#e3e7ec;stroke-width:1;fill:none}figure{margin:1em 0}img{max-width:100%;border:1px solid #e3e7ec}\
+.grid{stroke:#e3e7ec;stroke-width:1;fill:none}.pictures{display:grid;grid-template-columns:1fr 1fr;gap:1em}figure{margin:0}img{max-width:100%;border:1px solid #e3e7ec}\
 figcaption{font-size:13px;color:#55606c}";
 
 fn page(title: &str, body: &str) -> String {
@@ -211,7 +211,7 @@ fn pictures(scene: &Scene) -> String {
     }
     let all: Vec<_> = if water.is_empty() { solids.clone() } else { waters.clone() };
     let view = View::new(&all, tank(scene, &all), particle_size(scene));
-    let mut text = "<h2>Pictures</h2>".to_owned();
+    let mut text = "<h2>Pictures</h2><div class=\"pictures\">".to_owned();
     for (index, &frame) in chosen.iter().enumerate() {
         let png = view.draw(Some(&waters[index]), Some(&solids[index]));
         let _ = write!(
@@ -223,7 +223,7 @@ fn pictures(scene: &Scene) -> String {
             view.fastest()
         );
     }
-    text
+    text + "</div>"
 }
 
 fn tank(scene: &Scene, frames: &[protocol::vtk::Frame]) -> ([f32; 3], [f32; 3]) {

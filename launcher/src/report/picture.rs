@@ -10,8 +10,13 @@ use protocol::vtk::{self, Frame};
 /// Share of the depth that an oblique view shows sideways and upwards.
 const OBLIQUE: (f32, f32) = (0.35, 0.22);
 const WIDTH: usize = 900;
+/// Radius a particle is drawn with, in spacings: neighbours overlap a little.
+const RADIUS: f32 = 0.62;
+/// Share of the particles that the scales of height and speed cover: a few drops do not set them.
+const COVERED: f32 = 0.997;
 const BACKGROUND: [u8; 3] = [250, 250, 248];
 const STRUCTURE: [u8; 3] = [178, 74, 42];
+const EDGE: [u8; 3] = [128, 50, 26];
 const WALL: [u8; 3] = [90, 96, 104];
 
 /// What all pictures of a run have in common.
@@ -46,24 +51,30 @@ fn speeds(frame: &Frame) -> Vec<f32> {
     velocity.chunks_exact(3).map(|v| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()).collect()
 }
 
+/// The value that nearly all of the values do not exceed; 0 without values.
+fn nearly_all(mut values: Vec<f32>) -> f32 {
+    values.sort_by(f32::total_cmp);
+    let index = (COVERED * values.len() as f32) as usize;
+    values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or_default()
+}
+
 impl View {
     /// A view that shows the tank up to the highest water of all frames; `particle` is the particle size, m.
     pub(super) fn new(frames: &[Frame], tank: ([f32; 3], [f32; 3]), particle: f32) -> Self {
         let (least, mut greatest) = tank;
-        let inside = |p: &[f32; 3]| p[0] <= greatest[0] + 1e-3 && p[1] <= greatest[1] + 1e-3;
-        let top = frames.iter().flat_map(points).filter(inside).map(|p| p[1]).fold(least[1], f32::max);
-        greatest[1] = greatest[1].min(top + 4.0 * particle);
+        let heights = frames.iter().flat_map(points).map(|p| p[1]).collect();
+        greatest[1] = greatest[1].min(nearly_all(heights) + 4.0 * particle).max(least[1] + 4.0 * particle);
         let (left, bottom) = project(least);
         let (right, upper) = project(greatest);
         let scale = (WIDTH - 20) as f32 / (right - left);
         let height = ((upper - bottom) * scale) as usize + 20;
-        let fastest = frames.iter().flat_map(|frame| speeds(frame)).fold(1e-6, f32::max);
+        let fastest = nearly_all(frames.iter().flat_map(speeds).collect()).max(1e-6);
         let margin = 10.0 / scale;
         Self {
             origin: (left - margin, bottom - margin),
             scale,
             height: height.clamp(60, 1200),
-            radius: 0.5 * particle,
+            radius: RADIUS * particle,
             fastest,
             tank: (least, greatest),
         }
@@ -137,10 +148,16 @@ impl View {
             4 => &[&[0, 1, 2, 3]],
             _ => return,
         };
-        for cell in frame.connectivity.chunks_exact(frame.nodes_per_cell) {
+        let mut cells: Vec<_> = frame.connectivity.chunks_exact(frame.nodes_per_cell).collect();
+        let depth = |cell: &[usize]| cell.iter().map(|&index| node(index)[2]).sum::<f32>();
+        cells.sort_by(|a, b| depth(b).total_cmp(&depth(a)));
+        for cell in cells {
             for face in faces {
                 let polygon: Vec<_> = face.iter().map(|&corner| self.pixel(node(cell[corner]))).collect();
                 canvas.polygon(&polygon, STRUCTURE);
+                for (index, &from) in polygon.iter().enumerate() {
+                    canvas.line(from, polygon[(index + 1) % polygon.len()], EDGE);
+                }
             }
         }
     }
