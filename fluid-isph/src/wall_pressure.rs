@@ -78,9 +78,10 @@ impl<const D: usize> pulp::NullaryFnOnce for PressureTask<'_, D> {
 
     #[inline(always)]
     fn call(self) {
+        let mut reach = Reach::default();
         for (wall, target) in (self.first..).zip(self.target) {
             *target = [0.0; 2];
-            if self.walls.weight[wall] > 0.0 && is_wet(self.field, self.walls, wall, self.near) {
+            if self.walls.weight[wall] > 0.0 && reach.is_wet(self.field, self.walls, wall, self.near) {
                 *target = side_means(self.field, self.walls, wall, self.gravity, self.near);
             }
         }
@@ -103,31 +104,45 @@ impl<const D: usize> pulp::NullaryFnOnce for ForceTask<'_, D> {
 
     #[inline(always)]
     fn call(self) {
+        let mut reach = Reach::default();
         for (wall, target) in (self.first..).zip(self.target) {
             *target = [0.0; D];
-            if self.walls.weight[wall] > 0.0 && is_wet(self.field, self.walls, wall, self.near) {
+            if self.walls.weight[wall] > 0.0 && reach.is_wet(self.field, self.walls, wall, self.near) {
                 *target = reaction(self.field, (self.walls, self.model), wall, self.gravity, self.near);
             }
         }
     }
 }
 
-/// Finds the water around a wall particle; false if there is none.
-#[inline(always)]
-fn is_wet<const D: usize>(
-    field: PressureField<'_, D>,
-    walls: &Walls<D>,
-    wall: usize,
-    near: &mut Neighbours,
-) -> bool {
-    let x = &walls.position[wall];
-    let Some(cell) = field.grid.inner_cell(x) else { return false };
-    if !field.water.cells.is_near(field.grid, cell) {
-        return false;
+/// Whether water is near the last cell asked for: the tank's particles come cell by cell.
+#[derive(Debug, Default)]
+struct Reach {
+    last: Option<(usize, bool)>,
+}
+
+impl Reach {
+    /// Finds the water around a wall particle; false if there is none.
+    #[inline(always)]
+    fn is_wet<const D: usize>(
+        &mut self,
+        field: PressureField<'_, D>,
+        walls: &Walls<D>,
+        wall: usize,
+        near: &mut Neighbours,
+    ) -> bool {
+        let x = &walls.position[wall];
+        let Some(cell) = field.grid.inner_cell(x) else { return false };
+        let reached = match self.last {
+            Some((last, reached)) if last == cell => reached,
+            _ => field.water.cells.is_near(field.grid, cell),
+        };
+        self.last = Some((cell, reached));
+        if reached {
+            let support2 = field.kernel.support_radius * field.kernel.support_radius;
+            near.find(field.grid, &field.water.cells, (cell, x), (support2, field.kernel.inverse_square()));
+        }
+        reached && !near.is_empty()
     }
-    let support2 = field.kernel.support_radius * field.kernel.support_radius;
-    near.find(field.grid, &field.water.cells, (cell, x), (support2, field.kernel.inverse_square()));
-    !near.is_empty()
 }
 
 #[inline(always)]
