@@ -35,7 +35,7 @@ fn surface(dimension: usize, elements: &[usize]) -> Surface {
 fn sides(dimension: usize, fluid: &[usize], solid: &[usize]) -> (DummyMesh, Surface, Mapping) {
     let dummy = DummyMesh::span(&outline(dimension), fluid);
     let surface = surface(dimension, solid);
-    let mapping = Mapping::new(MappingKind::Projection, &dummy, &surface).unwrap();
+    let mapping = Mapping::new(MappingKind::Projection, &dummy, &surface).expect("a box has facets");
     (dummy, surface, mapping)
 }
 

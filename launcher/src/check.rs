@@ -134,16 +134,11 @@ fn check_launcher_part(case: &CaseFile, shared: &Shared, path: &Path) {
             "Add a [fluid] section with a region of water, or a [solid] section.",
         );
     }
-    if shared.solid.is_none() || shared.fluid.is_none() {
-        if let Some(section) = case.section("coupling") {
-            let hint = "Remove the section, or add what is missing.";
-            section.complain(
-                "scheme",
-                "[coupling] has no use in this scene",
-                "a [fluid] and a [solid]",
-                hint,
-            );
-        }
+    if (shared.solid.is_none() || shared.fluid.is_none())
+        && let Some(section) = case.section("coupling")
+    {
+        let hint = "Remove the section, or add what is missing.";
+        section.complain("scheme", "[coupling] has no use in this scene", "a [fluid] and a [solid]", hint);
     }
     for (gauge, section) in shared.gauges.iter().zip(case.list("gauge")) {
         let of_fluid = gauge.kind.is_of_fluid();

@@ -91,8 +91,11 @@ pub struct Program {
     /// Checks the program's part of a case.
     pub check: fn(&CaseFile) -> CheckReport,
     /// Makes the participant from a case that passed the check.
-    pub build: fn(&CaseFile, &Context) -> Result<Box<dyn Participant>, Failure>,
+    pub build: Build,
 }
+
+/// Makes a participant from a case that passed the check.
+pub type Build = fn(&CaseFile, &Context) -> Result<Box<dyn Participant>, Failure>;
 
 /// A participant that could not be made: it says why when it is told to start.
 pub(crate) struct Stillborn(pub(crate) Failure);
