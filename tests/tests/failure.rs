@@ -61,8 +61,8 @@ fn a_child_killed_in_mid_run_is_named_with_the_step() {
 fn a_child_killed_near_the_end_is_named_with_the_step() {
     for program in CHILDREN {
         let stage = Stage::new(&scene::coupled());
-        let mut run =
-            stage.start("run", &["--set", "time.max_dt=1e-4", "--set", "output.fields_every=0.003"]);
+        let arguments = ["--set", "time.max_dt=2.5e-5", "--set", "output.fields_every=0.003"];
+        let mut run = stage.start("run", &arguments);
         let child = run.participant(program);
         let before = run.wait_until_simulated(0.056);
         // No order is given while the launcher is held, so the run cannot end before the kill.
@@ -110,7 +110,7 @@ fn a_launcher_killed_in_the_handshake_leaves_nothing() {
 fn a_stopped_child_is_named_after_the_silence_limit() {
     for program in CHILDREN {
         let stage = Stage::new(&scene::coupled());
-        let arguments = ["--until", "60", "--set", "time.silence_limit=1.0"];
+        let arguments = ["--until", "60", "--set", "time.silence_limit=2.0"];
         let mut run = stage.start("run", &arguments);
         let child = run.participant(program);
         let before = run.wait_until_simulated(0.01);
