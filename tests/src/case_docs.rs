@@ -1,6 +1,6 @@
 //! `docs/case-file.md`, made from what the programs say about the keys they ask for.
 //!
-//! Keys are documented where they are read, so a case is needed in which each one is asked for; [`CASES`] together
+//! Keys are documented where they are read, so cases are needed in which each one is asked for; `ELASTIC` and `RIGID` together
 //! ask for all. What differs between 2-D and 3-D is shown for both.
 
 use protocol::case::{CaseFile, CheckReport, KeyDoc, SECTIONS};
