@@ -67,7 +67,10 @@ pub fn resolve<const D: usize>(case: &CaseFile, shared: &Shared) -> Option<Scene
         .about("Reference density of the water.")
         .default(1000.0);
     section.finish();
-    check_body(&section, &scene, shared.solid.as_ref());
+    // Placeholders of refused values would only bring follow-on mistakes.
+    if case.diagnostics().is_empty() {
+        check_body(&section, &scene, shared.solid.as_ref());
+    }
     Some(scene)
 }
 

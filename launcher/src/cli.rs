@@ -93,6 +93,7 @@ pub fn main() -> ExitCode {
             match failure.class {
                 FailureClass::Interrupted => eprintln!("tidewall: {} (step {})", failure.what, failure.step),
                 _ if failure.what.is_empty() => {}
+                _ if failure.process == "tidewall" => eprintln!("{failure}"),
                 _ => eprintln!("tidewall: {failure}"),
             }
             ExitCode::from(failure.class.exit_code())

@@ -95,11 +95,11 @@ impl Failure {
 
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} failed in {} at step {} (t = {:.6} s): {}",
-            self.process, self.phase, self.step, self.time_s, self.what
-        )?;
+        write!(f, "{} failed in {}", self.process, self.phase)?;
+        if self.step > 0 {
+            write!(f, " at step {} (t = {:.6} s)", self.step, self.time_s)?;
+        }
+        write!(f, ": {}", self.what)?;
         if let Some(value) = self.value {
             write!(f, "; value {value:.6e}")?;
         }

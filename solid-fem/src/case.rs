@@ -17,6 +17,23 @@ use crate::solid::Solid;
 /// Above this number of nodes the check leaves out the static start and the first frequency: they take seconds.
 const CHECKED_NODES: usize = 12_000;
 
+/// Keys of an elastic body, which a rigid one has no use for.
+pub(crate) const ELASTIC_KEYS: [&str; 13] = [
+    "young_modulus",
+    "poisson_ratio",
+    "damping",
+    "element",
+    "integrator",
+    "rho_inf",
+    "newmark_gamma",
+    "newmark_beta",
+    "newton_tolerance",
+    "rollers",
+    "weight",
+    "analysis",
+    "load",
+];
+
 /// How the solid is computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -264,7 +281,7 @@ fn start_figures(case: &CaseFile, settings: &Settings, plan: &mut Vec<PlanFigure
         }
         Err(error) => {
             if let Some(section) = case.section("solid") {
-                let hint = "Raise young_modulus or the thickness, or set weight = false.";
+                let hint = "Raise young_modulus or the thickness, take less slender elements, or set weight = false.";
                 section.complain("young_modulus", format!("no equilibrium at the start: {error}"), "", hint);
             }
         }

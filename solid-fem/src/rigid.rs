@@ -47,15 +47,19 @@ pub struct RigidSolid {
     total: [f64; 6],
 }
 
-fn read(case: &CaseFile) -> (Shared, Option<(Prescribed, BoxGrid)>) {
+/// The rigid body as read: its motion, its box, and the keys of an elastic body it has no use for.
+type Body = (Prescribed, BoxGrid, Vec<&'static str>);
+
+fn read(case: &CaseFile) -> (Shared, Option<Body>) {
     let shared = Shared::read(case);
     let outline = shared.solid.as_ref().filter(|outline| outline.model == "rigid");
     let body = outline.zip(case.section("solid")).map(|(outline, section)| {
         let dimension = shared.header.dimension;
         crate::case::skip_outline(&section, dimension);
         let motion = section.inner("motion").map(|motion| Prescribed::read(&motion, dimension));
+        let unused = section.pass_over(&crate::case::ELASTIC_KEYS);
         section.finish();
-        (motion.unwrap_or_default(), crate::case::grid(outline))
+        (motion.unwrap_or_default(), crate::case::grid(outline), unused)
     });
     (shared, body)
 }
@@ -69,11 +73,14 @@ fn surface(shared: &Shared, grid: &BoxGrid) -> Surface {
 pub fn check(case: &CaseFile) -> CheckReport {
     let (shared, body) = read(case);
     let (mut plan, mut left_out) = (Vec::new(), Vec::new());
-    if let Some((motion, grid)) = body.filter(|_| case.diagnostics().is_empty()) {
+    if let Some((motion, grid, unused)) = body.filter(|_| case.diagnostics().is_empty()) {
         let nodes = surface(&shared, &grid).node_count() as f64;
         plan.push(PlanFigure::new("surface_nodes", nodes, "interface nodes of the rigid body"));
         if motion == Prescribed::Fixed {
             left_out.push(LeftOut::new("motion of the body", "the case has no [solid.motion]"));
+        }
+        if !unused.is_empty() {
+            left_out.push(LeftOut::new(&unused.join(", "), "keys of an elastic body; this one is rigid"));
         }
     }
     CheckReport::new("solid-rigid", case, plan, left_out)
@@ -90,7 +97,7 @@ impl RigidSolid {
         if let Some(diagnostic) = case.diagnostics().first() {
             return Err(refuse(diagnostic.to_string()));
         }
-        let (motion, grid) = body.ok_or_else(|| refuse("the case has no rigid solid".to_owned()))?;
+        let (motion, grid, _) = body.ok_or_else(|| refuse("the case has no rigid solid".to_owned()))?;
         let surface = surface(&shared, &grid);
         let load = vec![0.0; 1 + (surface.node_count() + surface.facets.markers().len()) * surface.dimension];
         let context = context.clone();

@@ -81,7 +81,13 @@ impl Gauge {
         let mut gauges: Vec<Self> = Vec::new();
         for section in case.list("gauge") {
             let name = section.text("name").about("Name of the gauge, also of its series file.").required();
+            let mistakes = case.diagnostics().len();
             let kind = section.choice("kind", &KINDS).about("What it records.").required();
+            if case.diagnostics().len() > mistakes {
+                // What else the gauge needs depends on its kind: nothing more can be said.
+                gauges.push(Self { name, kind: GaugeKind::Volume });
+                continue;
+            }
             let point = || {
                 section.required_vector("point", dimension, "m", "Where it is taken, in the unloaded body.")
             };

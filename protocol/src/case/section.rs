@@ -195,6 +195,12 @@ impl<'c> Section<'c> {
         });
     }
 
+    /// Lets keys stand that this program has no use for; gives those that are written.
+    pub fn pass_over<'k>(&self, keys: &[&'k str]) -> Vec<&'k str> {
+        self.asked.borrow_mut().extend(keys.iter().map(|&key| key.to_owned()));
+        keys.iter().copied().filter(|key| self.has(key)).collect()
+    }
+
     /// Complains about every key that nobody asked for. To be called once all keys are read.
     pub fn finish(&self) {
         let Some(table) = self.table else { return };

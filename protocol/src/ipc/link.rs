@@ -139,13 +139,16 @@ impl<T: SharedItem> Link<T> for IpcLink<T> {
     }
 
     fn receive(&mut self, expect: Expect, read: &mut dyn FnMut(&Header, &[T])) -> Result<(), LinkError> {
-        self.inbox.check()?;
         let limit = if self.is_patient { None } else { Some(self.inbox.timeout()) };
         let patience = Patience::new(&self.inbox, &self.peer, limit);
         let sample = loop {
+            // What has already arrived is looked at first, also when the run is being called off: it may say why.
             match self.receiver.receive() {
                 Ok(Some(sample)) => break sample,
-                Ok(None) => patience.pause(SLICE)?,
+                Ok(None) => {
+                    self.inbox.check()?;
+                    patience.pause(SLICE)?;
+                }
                 Err(error) => return Err(broken(&self.peer, error)),
             }
         };
