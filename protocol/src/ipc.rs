@@ -6,7 +6,7 @@
 //! inbox, so a waiting process wakes wherever it waits. Nobody polls: on two cores shared with the solvers' threads
 //! that was over a hundred times slower than an event.
 //!
-//! Flow control is the memory itself: a channel has [`crate::shm::POOL`] samples, and a sender that finds none
+//! Flow control is the memory itself: a channel has two samples, and a sender that finds none
 //! free waits until the receiver has given one back. So nothing is overwritten and nothing is dropped.
 //!
 //! - [`IpcTransport`]: the side of a participant.

@@ -1,7 +1,7 @@
 //! Fields of the run folder as ParaView opens them: `.vtp` (particles), `.vtu` (elements), `.pvd` (frames in time).
 //!
 //! XML header with raw appended binary blocks, 32-bit floats (as the VTK file formats guide describes them).
-//! [`read`] reads back what [`write`] wrote, for the pictures of the report.
+//! [`read`] reads back what [`write()`] wrote, for the pictures of the report.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -181,7 +181,7 @@ impl Frame {
     }
 }
 
-/// Reads a file [`write`] wrote.
+/// Reads a file [`write()`] wrote.
 ///
 /// # Errors
 /// The disk's own error, or [`io::ErrorKind::InvalidData`] if it is no such file.
