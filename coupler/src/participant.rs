@@ -1,4 +1,4 @@
-//! The coupler as a participant: it obeys the launcher's orders, each a function of [`crate::step`].
+//! The coupler as a participant: it obeys the launcher's orders, each a function of `step.rs`.
 
 use std::collections::BTreeMap;
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::cells::Neighbours;
 use crate::parallel::{CHUNK, MEDIUM, chunk_count};
 
-/// Rows of up to [`CHUNK`] water particles.
+/// Rows of up to `CHUNK` water particles.
 #[derive(Debug, Default)]
 pub struct RowChunk {
     /// End of each row in `column` and `value`.

@@ -2,7 +2,7 @@
 //!
 //! D is the diagonal, P is piecewise constant over the non-empty search cells (their particles are contiguous), and C
 //! is one symmetric V-cycle on the Galerkin matrix P'AP, a 3^D stencil because the support is one cell wide. Coarser
-//! levels join 2^D cells until at most [`DIRECT`] are left, which are solved by Cholesky factors.
+//! levels join 2^D cells until at most `DIRECT` are left, which are solved by Cholesky factors.
 //! Aggregation with over-correction: Braess (1995), Computing 55, 379.
 
 use rayon::prelude::*;
