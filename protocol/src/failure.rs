@@ -96,7 +96,8 @@ impl Failure {
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} failed in {}", self.process, self.phase)?;
-        if self.step > 0 {
+        // What is refused before the first step has no place in time.
+        if self.step > 0 || matches!(self.class, FailureClass::Process | FailureClass::Numerical) {
             write!(f, " at step {} (t = {:.6} s)", self.step, self.time_s)?;
         }
         write!(f, ": {}", self.what)?;

@@ -314,7 +314,10 @@ fn a_program_that_is_no_participant_is_named() {
         environment: vec![],
     };
     let failure = Processes::start(launch, &[spec]).map(|_| ()).unwrap_err();
-    assert_eq!(failure.to_string(), "fluid-isph failed in launch: ended before it was told to");
+    assert_eq!(
+        failure.to_string(),
+        "fluid-isph failed in launch at step 0 (t = 0.000000 s): ended before it was told to"
+    );
 }
 
 #[test]
