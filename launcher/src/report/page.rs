@@ -17,7 +17,7 @@ const PICTURES: usize = 6;
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#1d2733;background:#fff;max-width:960px;margin:2em auto;padding:0 1em}\
 h1{font-size:1.5em;margin-bottom:0}h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid #d8dde3}\
 table{border-collapse:collapse;font-size:13.5px;margin:.5em 0}td,th{padding:2px 12px 2px 0;text-align:left;vertical-align:top}\
-td.n{text-align:right;font-variant-numeric:tabular-nums}.good{color:#1f7a43}.bad{color:#b3261e;font-weight:600}\
+td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}.good{color:#1f7a43}.bad{color:#b3261e;font-weight:600}\
 svg{width:100%;height:auto;font:11px system-ui,sans-serif;fill:#1d2733}svg .title{font-size:13px;font-weight:600}\
 .grid{stroke:#e3e7ec;stroke-width:1;fill:none}.pictures{display:grid;grid-template-columns:1fr 1fr;gap:1em}figure{margin:0}img{max-width:100%;border:1px solid #e3e7ec}\
 figcaption{font-size:13px;color:#55606c}";

@@ -142,7 +142,7 @@ fn grid(axes: &Axes, plot: &Plot, svg: &mut String) {
     }
     let _ = write!(
         svg,
-        "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{}</text><text x=\"14\" y=\"{:.0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0:.0})\">{}</text>",
+        "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{}</text><text x=\"14\" y=\"{:.0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {3:.0})\">{}</text>",
         0.5 * (LEFT + right),
         HEIGHT - 10.0,
         escape(&plot.x_label),
