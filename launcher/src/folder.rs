@@ -54,6 +54,25 @@ fn cannot_make(folder: &Path, error: &std::io::Error) -> Failure {
         .with_hint("Choose another folder with --out.")
 }
 
+/// Copies the reference curves a resolved case names into `reference/` and names the copies instead, so that the
+/// report can be made again wherever the case has gone.
+///
+/// # Errors
+/// [`FailureClass::Resource`].
+pub fn keep_curves(lock: &mut toml::Table, folder: &Path) -> Result<(), Failure> {
+    let Some(toml::Value::Array(references)) = lock.get_mut("reference") else { return Ok(()) };
+    for (index, reference) in references.iter_mut().enumerate() {
+        let Some(toml::Value::String(curve)) = reference.get_mut("curve") else { continue };
+        let name = Path::new(&curve).file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let kept = format!("reference/{index}-{name}");
+        std::fs::create_dir_all(folder.join("reference"))
+            .and_then(|()| std::fs::copy(&curve, folder.join(&kept)))
+            .map_err(|error| unwritable(&folder.join(&kept), &error))?;
+        *curve = kept;
+    }
+    Ok(())
+}
+
 /// Writes a file whole or not at all.
 ///
 /// # Errors
@@ -84,6 +103,18 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         assert_eq!(next_free(parent.path(), "x").unwrap(), parent.path().join("x-1"));
         assert_eq!(next_free(parent.path(), "x").unwrap(), parent.path().join("x-2"));
+    }
+
+    #[test]
+    fn curves_stay_with_the_run() {
+        let parent = tempfile::tempdir().unwrap();
+        let curve = parent.path().join("c.csv");
+        std::fs::write(&curve, "time_s,x\n").unwrap();
+        let text = format!("[[reference]]\ncurve = \"{}\"\n[[reference]]\nvalue = 1.0\n", curve.display());
+        let mut lock: toml::Table = toml::from_str(&text).unwrap();
+        keep_curves(&mut lock, parent.path()).unwrap();
+        assert_eq!(lock["reference"][0]["curve"].as_str(), Some("reference/0-c.csv"));
+        assert_eq!(std::fs::read_to_string(parent.path().join("reference/0-c.csv")).unwrap(), "time_s,x\n");
     }
 
     #[test]

@@ -81,7 +81,9 @@ pub fn run(checked: &Checked, options: &RunOptions) -> Result<Outcome, Failure> 
     check_room(checked, free)?;
     let out = options.out.as_deref();
     let folder = folder::make(out, &checked.shared.header.name)?;
-    let lock = toml::to_string(&checked.lock).expect("the resolved case is plain TOML");
+    let mut lock = checked.lock.clone();
+    folder::keep_curves(&mut lock, &folder)?;
+    let lock = toml::to_string(&lock).expect("the resolved case is plain TOML");
     folder::write(&folder.join("case.lock.toml"), &lock)?;
     let mut watch = Watch::new(checked, options, &folder);
     watch.json.write(&folder)?;

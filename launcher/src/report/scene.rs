@@ -50,7 +50,8 @@ impl Scene {
             let Target::Curve { file, column, band } = &reference.target else { continue };
             let known = curves.iter_mut().find(|known| known.label == reference.label);
             let columns = [Some(column), band.as_ref().map(|b| &b.0), band.as_ref().map(|b| &b.1)];
-            let Ok(mut loaded) = load_curve(Path::new(file), &columns.map(|c| c.map(String::as_str))) else {
+            let Ok(mut loaded) = load_curve(&self.folder.join(file), &columns.map(|c| c.map(String::as_str)))
+            else {
                 continue;
             };
             let band = (loaded.len() == 3).then(|| (loaded.remove(1), loaded.remove(1)));
