@@ -94,6 +94,11 @@ impl PressureMatrix {
         self.chunks.iter().map(|chunk| chunk.value.len()).sum()
     }
 
+    /// Bytes one product reads and writes if every vector is moved once.
+    pub fn product_bytes(&self) -> usize {
+        8 * self.entry_count() + 12 * self.len()
+    }
+
     /// Bytes held by the rows.
     pub fn bytes(&self) -> usize {
         let entries = |chunk: &RowChunk| 8 * (chunk.value.capacity() + chunk.wall_value.capacity());
