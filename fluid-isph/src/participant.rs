@@ -116,10 +116,7 @@ impl<const D: usize> Participant for FluidParticipant<D> {
             }
             None => (None, None),
         };
-        let pool =
-            rayon::ThreadPoolBuilder::new().num_threads(self.context.threads).build().map_err(|error| {
-                Failure::new(FailureClass::Resource, NAME, "start", format!("cannot start threads: {error}"))
-            })?;
+        let pool = thread_pool(self.context.threads)?;
         let fluid = pool.install(|| Fluid::new(self.scene.clone(), mesh.as_ref()));
         let fluid = fluid.map_err(|error| error.into_failure(NAME))?;
         let counts = [
@@ -183,6 +180,15 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         }
         Account { phases, health: health.table(), verdicts, ..Account::default() }
     }
+}
+
+/// The threads of the solver: this one and as many more as it takes, so that a step needs no hand-over to begin.
+fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
+    let builder = || rayon::ThreadPoolBuilder::new().num_threads(threads);
+    // A thread can belong to one pool only: in tests that start several participants on one, the others get their own.
+    builder().use_current_thread().build().or_else(|_| builder().build()).map_err(|error| {
+        Failure::new(FailureClass::Resource, NAME, "start", format!("cannot start threads: {error}"))
+    })
 }
 
 impl Interface {

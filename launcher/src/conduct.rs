@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use protocol::case::Shared;
 use protocol::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
+use protocol::phases::{PhaseClock, PhaseTime};
 
-use crate::processes::Crew;
+use crate::processes::{Call, Crew};
 use crate::step::{Cast, step};
 use crate::time_step::Clock;
 
@@ -28,11 +29,16 @@ pub trait Observer {
     fn ready(&mut self, _counts: &BTreeMap<String, u64>) {}
     /// A step is done.
     fn stepped(&mut self, _at: StepTime, _done: &StepReport) {}
-    /// An output is written; accounts by process.
+    /// An output is written; accounts by process, and the time of the loop itself: `start`, `step`, `output`.
     ///
     /// # Errors
     /// Its own files cannot be written.
-    fn output(&mut self, _at: StepTime, _accounts: &[(String, Account)]) -> Result<(), Failure> {
+    fn output(
+        &mut self,
+        _at: StepTime,
+        _accounts: &[(String, Account)],
+        _loop_phases: Vec<PhaseTime>,
+    ) -> Result<(), Failure> {
         Ok(())
     }
     /// Whether the run shall end after this step.
@@ -70,17 +76,19 @@ pub fn conduct(
     observer: &mut dyn Observer,
 ) -> Result<Ending, Failure> {
     let cast = cast(shared);
-    let ready = start_all(crew, cast, start)?;
+    let mut phases = PhaseClock::default();
+    let ready = phases.run("start", || start_all(crew, cast, start))?;
     observer.ready(&ready.counts);
     let mut clock = Clock::new(&shared.time, ready.admitted_dt);
     let every = shared.output.fields_every.unwrap_or(shared.time.end / LEAST_OUTPUTS);
     let mut frame = 0;
     let mut at = StepTime { step: 0, time: 0.0, dt: 0.0 };
-    output(crew, cast, frame, at, observer)?;
+    let accounts = phases.run("output", || output(crew, cast, frame, at))?;
+    observer.output(at, &accounts, phases.table())?;
     let mut ending = Ending::Completed;
     while let Some(next) = clock.next_step() {
         at = next;
-        let done = step(crew, cast, at)?;
+        let done = phases.run("step", || step(crew, cast, at))?;
         clock.admit(done.admitted_dt);
         observer.stepped(at, &done);
         if let Some(verdict) = done.verdict {
@@ -91,20 +99,22 @@ pub fn conduct(
         }
         if at.time >= every * f64::from(frame + 1) * (1.0 - 1e-9) {
             frame = (at.time / every * (1.0 + 1e-9)) as u32;
-            output(crew, cast, frame, at, observer)?;
+            let accounts = phases.run("output", || output(crew, cast, frame, at))?;
+            observer.output(at, &accounts, phases.table())?;
         }
         if observer.is_stopped() {
             ending = Ending::Interrupted;
             break;
         }
     }
-    stop_all(crew, cast, at, observer)?;
+    let accounts = phases.run("output", || stop_all(crew, cast))?;
+    observer.output(at, &accounts, phases.table())?;
     Ok(ending)
 }
 
 fn start_all(crew: &mut dyn Crew, cast: Cast, start: Start) -> Result<Ready, Failure> {
     for role in roles(cast) {
-        crew.order(role, &Order::Start(start))?;
+        crew.order(role, &Order::Start(start), Call::Now)?;
     }
     let mut all = Ready { admitted_dt: f64::INFINITY, ..Ready::default() };
     for (process, reply) in crew.answers()? {
@@ -122,26 +132,18 @@ fn output(
     cast: Cast,
     frame: u32,
     at: StepTime,
-    observer: &mut dyn Observer,
-) -> Result<(), Failure> {
+) -> Result<Vec<(String, Account)>, Failure> {
     for role in roles(cast) {
-        crew.order(role, &Order::Output { frame, at })?;
+        crew.order(role, &Order::Output { frame, at }, Call::Now)?;
     }
-    let accounts = accounts(crew.answers()?)?;
-    observer.output(at, &accounts)
+    accounts(crew.answers()?)
 }
 
-fn stop_all(
-    crew: &mut dyn Crew,
-    cast: Cast,
-    at: StepTime,
-    observer: &mut dyn Observer,
-) -> Result<(), Failure> {
+fn stop_all(crew: &mut dyn Crew, cast: Cast) -> Result<Vec<(String, Account)>, Failure> {
     for role in roles(cast) {
-        crew.order(role, &Order::Stop)?;
+        crew.order(role, &Order::Stop, Call::Now)?;
     }
-    let accounts = accounts(crew.answers()?)?;
-    observer.output(at, &accounts)
+    accounts(crew.answers()?)
 }
 
 fn accounts(replies: Vec<(String, Reply)>) -> Result<Vec<(String, Account)>, Failure> {

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use protocol::control::{Account, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::names::{RunId, RunNames};
+use protocol::phases::PhaseTime;
 use protocol::shm::{self, ChannelNeed};
 
 use crate::check::{Checked, Program};
@@ -147,7 +148,8 @@ fn spec(program: &Program, folder: &Path, options: &RunOptions, timeout: Duratio
         "--threads".into(),
         options.threads.to_string().into(),
         "--silence".into(),
-        timeout.as_secs_f64().to_string().into(),
+        // The launcher, who sees all of them, is to lose patience first.
+        (2.0 * timeout.as_secs_f64()).to_string().into(),
     ];
     ProcessSpec {
         name: program.role.to_owned(),
@@ -188,6 +190,7 @@ impl<'a> Watch<'a> {
             wall_s: 0.0,
             cpu_s: 0.0,
             threads: options.threads,
+            time_loop: Vec::new(),
             processes: Vec::new(),
             left_out: checked.left_out.clone(),
             errors: Vec::new(),
@@ -246,7 +249,13 @@ impl Observer for Watch<'_> {
         self.progress.show(at, done);
     }
 
-    fn output(&mut self, _at: StepTime, accounts: &[(String, Account)]) -> Result<(), Failure> {
+    fn output(
+        &mut self,
+        _at: StepTime,
+        accounts: &[(String, Account)],
+        loop_phases: Vec<PhaseTime>,
+    ) -> Result<(), Failure> {
+        self.json.time_loop = loop_phases;
         let wall_s = self.start.elapsed().as_secs_f64();
         self.json.wall_s = wall_s;
         let named: Vec<_> =

@@ -68,6 +68,9 @@ pub struct RunJson {
     pub cpu_s: f64,
     /// Threads each solver computes with.
     pub threads: usize,
+    /// The launcher's time loop: `start`, `step`, `output`.
+    #[serde(default)]
+    pub time_loop: Vec<PhaseTime>,
     /// The processes.
     pub processes: Vec<ProcessEntry>,
     /// What the scene did not need.

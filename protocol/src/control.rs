@@ -1,6 +1,6 @@
 //! The launcher's orders and the participants' answers: the control channel, encoded with bincode.
 //!
-//! The launcher gives one order at a time and waits for its answer; data never travels here.
+//! The launcher gives each participant its parts of a step together and waits for one answer; data never travels here.
 
 use std::collections::BTreeMap;
 
@@ -26,14 +26,14 @@ pub struct StepTime {
 pub enum Order {
     /// Open the data links, shake hands, make the scene; answered by [`Reply::Ready`].
     Start(Start),
-    /// Coupler: predict the interface motion and send it to the fluid.
-    Predict(StepTime),
-    /// Fluid, solid: advance one coupling step.
-    Advance(StepTime),
-    /// Coupler: take the fluid's load, map it and send it to the solid.
-    Transfer(StepTime),
-    /// Coupler: take the solid's motion and book the step in the ledger.
-    Book(StepTime),
+    /// The participant's parts of one coupling step, in this turn; answered by one [`Reply::Done`]. Between participants
+    /// the data they wait for keeps the turn.
+    Step {
+        /// The step.
+        at: StepTime,
+        /// What to do in it.
+        parts: Vec<Part>,
+    },
     /// Write fields and flush the series; answered by [`Reply::Account`].
     Output {
         /// Number of the frame, from 0.
@@ -43,6 +43,19 @@ pub enum Order {
     },
     /// Finish: write what is open, answer [`Reply::Account`], end.
     Stop,
+}
+
+/// One part of a coupling step, done by one participant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Part {
+    /// Coupler: predict the interface motion and send it to the fluid.
+    Predict,
+    /// Fluid, solid: advance one coupling step.
+    Advance,
+    /// Coupler: take the fluid's load, map it and send it to the solid.
+    Transfer,
+    /// Coupler: take the solid's motion and book the step in the ledger.
+    Book,
 }
 
 /// What both ends of a data link expect, from the plan made before the run.
@@ -94,6 +107,22 @@ pub struct StepReport {
     pub shown: Option<(String, f64)>,
     /// Verdict that ends the run now, although the numbers are finite (a guard set to stop).
     pub verdict: Option<String>,
+}
+
+impl StepReport {
+    /// The report of a part that sets no limit.
+    pub fn unlimited() -> Self {
+        Self { admitted_dt: f64::INFINITY, ..Self::default() }
+    }
+
+    /// Takes in another report of the same step: the smallest time step, the most sub-steps, the first value and
+    /// verdict.
+    pub fn merge(&mut self, other: Self) {
+        self.admitted_dt = self.admitted_dt.min(other.admitted_dt);
+        self.substeps = self.substeps.max(other.substeps);
+        self.shown = self.shown.take().or(other.shown);
+        self.verdict = self.verdict.take().or(other.verdict);
+    }
 }
 
 /// What a participant has done so far.

@@ -65,6 +65,20 @@ pub trait Link<T: Item> {
     fn send(&mut self, header: Header, count: usize, fill: &mut dyn FnMut(&mut [T]))
     -> Result<(), LinkError>;
 
+    /// As [`Link::send`], but does not wake the receiver: it will find the message when the data it waits for anyway
+    /// wakes it. One process woken less.
+    ///
+    /// # Errors
+    /// As [`Link::send`].
+    fn leave(
+        &mut self,
+        header: Header,
+        count: usize,
+        fill: &mut dyn FnMut(&mut [T]),
+    ) -> Result<(), LinkError> {
+        self.send(header, count, fill)
+    }
+
     /// Waits for the message `expect` names, checks it (magic, version, kind, step, count, checksum, finiteness)
     /// and lets `read` look at it in place.
     ///
@@ -77,7 +91,7 @@ pub trait Link<T: Item> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LinkError {
     /// The time-out passed.
-    #[error("{peer} has been silent for {waited_s:.1} s (limit {limit_s:.1} s)")]
+    #[error("no word from {peer} for {waited_s:.1} s (limit {limit_s:.1} s)")]
     PeerSilent {
         /// Process at the other end.
         peer: String,

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::case::{CaseFile, CheckReport};
-use crate::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime, decode, encode};
+use crate::control::{Account, Order, Part, Ready, Reply, Start, StepReport, StepTime, decode, encode};
 use crate::failure::{Failure, FailureClass};
 use crate::header::{Header, Kind};
 use crate::link::{Expect, Link, LinkError, Transport};
@@ -161,10 +161,18 @@ fn obey(
 ) -> Result<Reply, Failure> {
     Ok(match order {
         Order::Start(start) => Reply::Ready(participant.start(start, transport)?),
-        Order::Predict(at) => Reply::Done(participant.predict(*at)?),
-        Order::Advance(at) => Reply::Done(participant.advance(*at)?),
-        Order::Transfer(at) => Reply::Done(participant.transfer(*at)?),
-        Order::Book(at) => Reply::Done(participant.book(*at)?),
+        Order::Step { at, parts } => {
+            let mut done = StepReport::unlimited();
+            for part in parts {
+                done.merge(match part {
+                    Part::Predict => participant.predict(*at)?,
+                    Part::Advance => participant.advance(*at)?,
+                    Part::Transfer => participant.transfer(*at)?,
+                    Part::Book => participant.book(*at)?,
+                });
+            }
+            Reply::Done(done)
+        }
         Order::Output { frame, at } => {
             participant.output(*frame, *at)?;
             Reply::Account(full_account(participant, calls, waited_s))

@@ -26,6 +26,10 @@ pub struct ProcessSpec {
     pub environment: Vec<(OsString, OsString)>,
 }
 
+/// Fields of `/proc/<pid>/stat`, counted from the state (proc(5): 3 is the state, 14 and 15 the CPU times).
+const USER_TICKS: usize = 14 - 3;
+const SYSTEM_TICKS: usize = 15 - 3;
+
 /// A started participant.
 pub(super) struct Child {
     pub(super) name: String,
@@ -62,8 +66,21 @@ impl Child {
 
     /// Whether it was stopped from outside (SIGSTOP, a debugger).
     pub(super) fn is_stopped(&self) -> bool {
+        self.stat().first().is_some_and(|state| state == "T" || state == "t")
+    }
+
+    /// CPU time it has used, in ticks of the kernel's clock (a hundredth of a second).
+    pub(super) fn cpu_ticks(&self) -> u64 {
+        let stat = self.stat();
+        let ticks = |field: usize| stat.get(field).and_then(|word| word.parse::<u64>().ok()).unwrap_or(0);
+        ticks(USER_TICKS) + ticks(SYSTEM_TICKS)
+    }
+
+    /// The fields of `/proc/<pid>/stat` behind the program's name; none of a process that is gone.
+    fn stat(&self) -> Vec<String> {
         let stat = fs::read_to_string(format!("/proc/{}/stat", self.pid())).unwrap_or_default();
-        stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with(['T', 't']))
+        let fields = stat.rsplit(')').next().unwrap_or_default();
+        fields.split_whitespace().map(str::to_owned).collect()
     }
 
     /// Signals the process and what it has started; nothing for one that has ended.
@@ -99,6 +116,13 @@ impl Child {
         let what = format!("was stopped from outside (process {})", self.pid());
         let failure = Failure::new(FailureClass::Process, &self.name, task.phase, what);
         failure.at(task.step, task.time_s).with_hint("A stop signal or a debugger holds it.")
+    }
+
+    /// The failure of a process that computes while the others wait for it.
+    pub(super) fn overrun(&self, task: &Task) -> Failure {
+        let what = "is still computing while the others have waited for longer than the limit";
+        let failure = Failure::new(FailureClass::Process, &self.name, task.phase, what);
+        failure.at(task.step, task.time_s).with_hint("If its steps are so long, raise time.silence_limit.")
     }
 
     /// Last line it printed.

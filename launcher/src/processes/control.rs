@@ -1,9 +1,11 @@
 //! The launcher's end of one control link: orders are numbered, and each has one answer.
 
-use protocol::control::{Order, Reply, StepTime, decode, encode};
+use protocol::control::{Order, Part, Reply, StepTime, decode, encode};
 use protocol::failure::Failure;
 use protocol::header::{Header, Kind};
 use protocol::link::{Expect, Link, LinkError};
+
+use super::Call;
 
 /// What a participant is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,10 +22,8 @@ impl Task {
     fn of(order: &Order) -> Self {
         let (phase, at) = match order {
             Order::Start(_) => ("start", None),
-            Order::Predict(at) => ("predict", Some(at)),
-            Order::Advance(at) => ("advance", Some(at)),
-            Order::Transfer(at) => ("transfer", Some(at)),
-            Order::Book(at) => ("book", Some(at)),
+            Order::Step { at, parts } if matches!(parts[..], [Part::Advance]) => ("advance", Some(at)),
+            Order::Step { at, .. } => ("step", Some(at)),
             Order::Output { at, .. } => ("output", Some(at)),
             Order::Stop => ("stop", None),
         };
@@ -57,7 +57,7 @@ impl Control {
         self.is_outstanding
     }
 
-    pub(super) fn order(&mut self, order: &Order) -> Result<(), LinkError> {
+    pub(super) fn order(&mut self, order: &Order, call: Call) -> Result<(), LinkError> {
         let task = Task::of(order);
         // Orders without a step of their own keep the place of the last one.
         let (step, time_s) =
@@ -66,7 +66,11 @@ impl Control {
         self.sequence += 1;
         let bytes = encode(order);
         let header = Header::new(Kind::Order, self.sequence, time_s, 0.0);
-        self.link.send(header, bytes.len(), &mut |target| target.copy_from_slice(&bytes))?;
+        let fill = &mut |target: &mut [u8]| target.copy_from_slice(&bytes);
+        match call {
+            Call::Now => self.link.send(header, bytes.len(), fill)?,
+            Call::WithData => self.link.leave(header, bytes.len(), fill)?,
+        }
         self.is_outstanding = true;
         Ok(())
     }

@@ -28,13 +28,22 @@ pub use interrupt::Interrupt;
 pub use supervise::{Launch, Processes};
 pub use threads::{Duty, Threads};
 
+/// What wakes a process that has got an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Call {
+    /// The order itself.
+    Now,
+    /// The data of another process, for which it would have to wait anyway.
+    WithData,
+}
+
 /// Those who obey orders.
 pub trait Crew {
     /// Gives one order; its answer is outstanding then.
     ///
     /// # Errors
     /// The failure that ends the run.
-    fn order(&mut self, process: &str, order: &Order) -> Result<(), Failure>;
+    fn order(&mut self, process: &str, order: &Order, call: Call) -> Result<(), Failure>;
 
     /// Waits for the answer of one process. Never [`Reply::Failed`]: that is the error.
     ///
@@ -53,7 +62,7 @@ pub trait Crew {
     /// # Errors
     /// As [`Crew::answer`].
     fn ask(&mut self, process: &str, order: &Order) -> Result<Reply, Failure> {
-        self.order(process, order)?;
+        self.order(process, order, Call::Now)?;
         self.answer(process)
     }
 }

@@ -14,14 +14,16 @@ use protocol::link::LinkError;
 use protocol::names::{ROOT_BASE, RunNames};
 use protocol::sweep;
 
-use super::Crew;
 use super::child::{self, Child, ProcessSpec};
 use super::control::{Control, Task};
+use super::{Call, Crew};
 
 /// Share of a wait for several answers that one process gets.
 const TURN: Duration = Duration::from_millis(20);
 /// After a complaint about a peer, this long a deeper cause is looked for.
 const SEARCH: Duration = Duration::from_millis(300);
+/// CPU time within [`SEARCH`] of a process that computes, ticks of 10 ms.
+const BUSY_TICKS: u64 = 10;
 /// From the last answer to the end of a process that was told to stop.
 const FAREWELL: Duration = Duration::from_secs(10);
 
@@ -147,6 +149,35 @@ impl Processes {
         }
     }
 
+    /// The processes whose answer is outstanding.
+    fn outstanding(&self) -> Vec<String> {
+        let outstanding = self.controls.iter().filter(|control| control.is_outstanding());
+        outstanding.map(|control| control.process.clone()).collect()
+    }
+
+    /// An answer, if it comes within a turn.
+    fn hear_for_a_turn(&mut self, process: &str) -> Result<Option<Reply>, Failure> {
+        self.server.set_timeout(TURN);
+        let control = self.control(process);
+        let (task, answer) = (control.task, control.answer());
+        self.server.set_timeout(self.timeout);
+        match answer {
+            Ok(Reply::Failed(failure)) => Err(self.root_cause(failure)),
+            Ok(answer) => Ok(Some(answer)),
+            Err(LinkError::PeerSilent { .. }) => Ok(None),
+            Err(error) => Err(self.explain(process, &task, error)),
+        }
+    }
+
+    /// The failure of those whose answers have been outstanding for too long.
+    fn silence(&mut self, waited: Duration) -> Failure {
+        let late = self.outstanding();
+        let task = self.control(&late[0]).task;
+        let (waited_s, limit_s) = (waited.as_secs_f64(), self.timeout.as_secs_f64());
+        let silent = LinkError::PeerSilent { peer: late.join(", "), waited_s, limit_s };
+        self.explain(&late[0], &task, silent)
+    }
+
     /// The failure behind an error of the control link to `process`.
     fn explain(&mut self, process: &str, task: &Task, error: LinkError) -> Failure {
         match error {
@@ -170,12 +201,14 @@ impl Processes {
             return seen;
         }
         let start = Instant::now();
+        let ticks: Vec<u64> = self.children.borrow().iter().map(Child::cpu_ticks).collect();
         loop {
             if let Some(cause) = self.reported().or_else(|| self.found_dead(true)) {
                 return cause;
             }
             if start.elapsed() >= SEARCH {
-                return self.found_dead(false).or_else(|| self.found_stopped()).unwrap_or(seen);
+                let found = self.found_dead(false).or_else(|| self.found_stopped());
+                return found.or_else(|| self.found_busy(&ticks)).unwrap_or(seen);
             }
             std::thread::sleep(TURN);
         }
@@ -210,15 +243,25 @@ impl Processes {
             child.is_stopped().then(|| child.stop(&control.task))
         })
     }
+
+    /// The process that has computed for most of the search while the others slept; `before` are the CPU times at
+    /// its start, ticks.
+    fn found_busy(&mut self, before: &[u64]) -> Option<Failure> {
+        let children = self.children.borrow();
+        let busy = |child: &Child, before: &u64| child.cpu_ticks() - before >= BUSY_TICKS;
+        let child = children.iter().zip(before).find(|(child, before)| busy(child, before))?.0;
+        let control = self.controls.iter().find(|control| control.process == child.name)?;
+        control.is_outstanding().then(|| child.overrun(&control.task))
+    }
 }
 
 impl Crew for Processes {
-    fn order(&mut self, process: &str, order: &Order) -> Result<(), Failure> {
+    fn order(&mut self, process: &str, order: &Order, call: Call) -> Result<(), Failure> {
         if *order == Order::Stop {
             self.is_ending.set(true);
         }
         let control = self.control(process);
-        let sent = control.order(order);
+        let sent = control.order(order, call);
         let task = control.task;
         sent.map_err(|error| self.explain(process, &task, error))
     }
@@ -228,28 +271,16 @@ impl Crew for Processes {
     }
 
     fn answers(&mut self) -> Result<Vec<(String, Reply)>, Failure> {
-        let names: Vec<String> =
-            self.controls.iter().filter(|c| c.is_outstanding()).map(|c| c.process.clone()).collect();
+        let names = self.outstanding();
         let mut replies: Vec<Option<Reply>> = names.iter().map(|_| None).collect();
         let start = Instant::now();
         while replies.iter().any(Option::is_none) {
+            let is_late = start.elapsed() >= self.timeout;
             for (name, reply) in names.iter().zip(&mut replies).filter(|(_, reply)| reply.is_none()) {
-                let is_late = start.elapsed() >= self.timeout;
-                self.server.set_timeout(TURN);
-                let control = self.control(name);
-                let (task, answer) = (control.task, control.answer());
-                self.server.set_timeout(self.timeout);
-                *reply = match answer {
-                    Ok(Reply::Failed(failure)) => return Err(self.root_cause(failure)),
-                    Ok(answer) => Some(answer),
-                    Err(LinkError::PeerSilent { .. }) if !is_late => None,
-                    Err(LinkError::PeerSilent { peer, .. }) => {
-                        let (waited_s, limit_s) = (start.elapsed().as_secs_f64(), self.timeout.as_secs_f64());
-                        let silent = LinkError::PeerSilent { peer, waited_s, limit_s };
-                        return Err(self.explain(name, &task, silent));
-                    }
-                    Err(error) => return Err(self.explain(name, &task, error)),
-                };
+                *reply = self.hear_for_a_turn(name)?;
+            }
+            if is_late && replies.iter().any(Option::is_none) {
+                return Err(self.silence(start.elapsed()));
             }
         }
         Ok(names.into_iter().zip(replies.into_iter().flatten()).collect())

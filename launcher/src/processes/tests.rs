@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use protocol::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime};
+use protocol::control::{Account, Order, Part, Ready, Reply, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::ipc::{IpcTransport, guard};
 use protocol::link::Transport;
@@ -13,7 +13,7 @@ use protocol::names::{RunId, RunNames};
 use protocol::participant::{Participant, serve};
 use rustix::process::{Pid, Signal, kill_process};
 
-use super::{Crew, Duty, Interrupt, Launch, ProcessSpec, Processes, Threads};
+use super::{Call, Crew, Duty, Interrupt, Launch, ProcessSpec, Processes, Threads};
 
 const LONG: Duration = Duration::from_secs(60);
 const CONDUCT: &str = "TIDEWALL_TEST_CONDUCT";
@@ -41,6 +41,12 @@ impl Participant for Actor {
                 std::thread::sleep(LONG);
             }
             "hangs" => std::thread::sleep(LONG),
+            "computes" => {
+                let start = Instant::now();
+                while start.elapsed() < LONG {
+                    std::hint::black_box(start);
+                }
+            }
             "exits" => {
                 eprintln!("cannot go on\n");
                 std::process::exit(9);
@@ -160,10 +166,14 @@ impl Drop for Stage {
     }
 }
 
+fn advance(at: StepTime) -> Order {
+    Order::Step { at, parts: vec![Part::Advance] }
+}
+
 /// Three steps of a crew of two.
 fn play(crew: &mut dyn Crew) -> Result<(), Failure> {
     for process in ["fluid-isph", "solid-fem"] {
-        crew.order(process, &Order::Start(Start::default()))?;
+        crew.order(process, &Order::Start(Start::default()), Call::Now)?;
     }
     let ready = crew.answers()?;
     assert!(ready.iter().all(|(_, reply)| matches!(reply, Reply::Ready(ready) if ready.admitted_dt == 0.5)));
@@ -171,7 +181,7 @@ fn play(crew: &mut dyn Crew) -> Result<(), Failure> {
     for step in 1..=3 {
         let at = StepTime { step, time: 0.1 * step as f64, dt: 0.1 };
         for process in ["solid-fem", "fluid-isph"] {
-            assert!(matches!(crew.ask(process, &Order::Advance(at))?, Reply::Done(_)));
+            assert!(matches!(crew.ask(process, &advance(at))?, Reply::Done(_)));
         }
     }
     for process in ["fluid-isph", "solid-fem"] {
@@ -220,7 +230,7 @@ fn a_process_that_dies_unasked_ends_the_wait_for_another() {
     let mut processes = stage.start("hangs", "well", LONG).unwrap();
     let solid = processes.pids()[1].1.cast_signed();
     let at = StepTime { step: 2, time: 0.2, dt: 0.1 };
-    processes.order("fluid-isph", &Order::Advance(at)).unwrap();
+    processes.order("fluid-isph", &advance(at), Call::Now).unwrap();
     kill_process(Pid::from_raw(solid).unwrap(), Signal::KILL).unwrap();
     let killed = Instant::now();
     let failure = processes.answer("fluid-isph").unwrap_err();
@@ -254,7 +264,19 @@ fn a_hanging_process_is_found_by_the_time_out_and_named() {
     let stage = Stage::new();
     let (failure, _) = stage.failure("well", "hangs", Duration::from_secs(2));
     assert_eq!((failure.class.exit_code(), failure.process.as_str(), failure.step), (4, "solid-fem", 2));
-    assert!(failure.what.contains("solid-fem has been silent"), "{failure}");
+    assert!(failure.what.contains("no word from solid-fem"), "{failure}");
+}
+
+#[test]
+fn of_several_without_an_answer_the_one_that_computes_is_named() {
+    let stage = Stage::new();
+    let mut processes = stage.start("hangs", "computes", Duration::from_secs(1)).unwrap();
+    let at = StepTime { step: 2, time: 0.2, dt: 0.1 };
+    processes.order("fluid-isph", &advance(at), Call::Now).unwrap();
+    processes.order("solid-fem", &advance(at), Call::Now).unwrap();
+    let failure = processes.answers().unwrap_err();
+    assert_eq!((failure.class.exit_code(), failure.process.as_str(), failure.step), (4, "solid-fem", 2));
+    assert!(failure.what.contains("is still computing"), "{failure}");
 }
 
 #[test]
@@ -270,8 +292,8 @@ fn a_survivors_complaint_is_not_the_cause() {
     let stage = Stage::new();
     let mut processes = stage.start("complains", "is killed", LONG).unwrap();
     let at = StepTime { step: 2, time: 0.2, dt: 0.1 };
-    processes.order("fluid-isph", &Order::Advance(at)).unwrap();
-    processes.order("solid-fem", &Order::Advance(at)).unwrap();
+    processes.order("fluid-isph", &advance(at), Call::Now).unwrap();
+    processes.order("solid-fem", &advance(at), Call::Now).unwrap();
     let failure = processes.answer("fluid-isph").unwrap_err();
     assert_eq!(
         (failure.process.as_str(), failure.what.as_str()),
@@ -284,8 +306,8 @@ fn the_one_that_fails_ends_the_wait_for_all() {
     let stage = Stage::new();
     let mut processes = stage.start("hangs", "fails", LONG).unwrap();
     let at = StepTime { step: 2, time: 0.2, dt: 0.1 };
-    processes.order("fluid-isph", &Order::Advance(at)).unwrap();
-    processes.order("solid-fem", &Order::Advance(at)).unwrap();
+    processes.order("fluid-isph", &advance(at), Call::Now).unwrap();
+    processes.order("solid-fem", &advance(at), Call::Now).unwrap();
     let start = Instant::now();
     let failure = processes.answers().unwrap_err();
     assert_eq!((failure.process.as_str(), failure.class), ("solid-fem", FailureClass::Numerical));

@@ -7,8 +7,8 @@ use protocol::control::{Order, Reply};
 use protocol::failure::Failure;
 use protocol::inprocess::{Hub, InProcessTransport};
 
-use super::Crew;
 use super::control::Control;
+use super::{Call, Crew};
 
 /// What a participant's thread does, usually [`protocol::participant::serve`].
 pub type Duty = Box<dyn FnOnce(InProcessTransport) -> Result<(), Failure> + Send>;
@@ -55,9 +55,9 @@ impl Threads {
 }
 
 impl Crew for Threads {
-    fn order(&mut self, process: &str, order: &Order) -> Result<(), Failure> {
+    fn order(&mut self, process: &str, order: &Order, call: Call) -> Result<(), Failure> {
         let control = self.control(process);
-        let sent = control.order(order);
+        let sent = control.order(order, call);
         sent.map_err(|error| control.task.failure(process, error))
     }
 

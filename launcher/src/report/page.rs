@@ -10,6 +10,7 @@ use super::scene::Scene;
 use super::svg::{Band, Line, Plot, escape};
 use crate::compare::{Table, unit_of};
 use crate::run_json::{RunJson, Status};
+use protocol::phases::PhaseTime;
 
 /// Instants a run is shown at.
 const PICTURES: usize = 6;
@@ -285,27 +286,28 @@ fn ledger(scene: &Scene) -> String {
 
 fn phases(json: &RunJson) -> String {
     let mut text = "<h2>Where the time went</h2>".to_owned();
+    text += &phase_table("time loop of the launcher", &json.time_loop, json.wall_s);
     for process in &json.processes {
-        let _ = write!(
-            text,
-            "<table><tr><th>{} ({:.1} s of CPU, {:.1} MB)</th><th>calls</th><th>wall s</th><th>share</th></tr>",
-            escape(&process.name),
-            process.cpu_s,
-            process.peak_rss_bytes as f64 / 1e6
-        );
-        for phase in &process.phases {
-            let share = 100.0 * phase.wall_s / json.wall_s.max(1e-9);
-            let _ = write!(
-                text,
-                "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{:.3}</td><td class=\"n\">{share:.1} %</td></tr>",
-                escape(&phase.name),
-                phase.calls,
-                phase.wall_s
-            );
-        }
-        text += "</table>";
+        let (name, megabytes) = (&process.name, process.peak_rss_bytes as f64 / 1e6);
+        let title = format!("{name} ({:.1} s of CPU, {megabytes:.1} MB)", process.cpu_s);
+        text += &phase_table(&title, &process.phases, json.wall_s);
     }
     text
+}
+
+fn phase_table(title: &str, phases: &[PhaseTime], wall_s: f64) -> String {
+    let row = |phase: &PhaseTime| {
+        let share = 100.0 * phase.wall_s / wall_s.max(1e-9);
+        format!(
+            "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{:.3}</td><td class=\"n\">{share:.1} %</td></tr>",
+            escape(&phase.name),
+            phase.calls,
+            phase.wall_s
+        )
+    };
+    let rows: String = phases.iter().map(row).collect();
+    let head = format!("<tr><th>{}</th><th>calls</th><th>wall s</th><th>share</th></tr>", escape(title));
+    if rows.is_empty() { rows } else { format!("<table>{head}{rows}</table>") }
 }
 
 fn left_out(json: &RunJson) -> String {

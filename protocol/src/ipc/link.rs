@@ -121,6 +121,17 @@ impl<T: SharedItem> Link<T> for IpcLink<T> {
         count: usize,
         fill: &mut dyn FnMut(&mut [T]),
     ) -> Result<(), LinkError> {
+        self.leave(header, count, fill)?;
+        self.bell.notify_with_custom_event_id(DATA).map_err(|error| broken(&self.peer, error))?;
+        Ok(())
+    }
+
+    fn leave(
+        &mut self,
+        header: Header,
+        count: usize,
+        fill: &mut dyn FnMut(&mut [T]),
+    ) -> Result<(), LinkError> {
         self.inbox.check()?;
         if count > self.capacity {
             return Err(LinkError::TooLarge { peer: self.peer.clone(), count, capacity: self.capacity });
@@ -130,12 +141,10 @@ impl<T: SharedItem> Link<T> for IpcLink<T> {
         fill(sample.payload_mut());
         *sample.user_header_mut() = checks::seal(header, sample.payload(), &self.peer)?;
         match sample.send() {
-            Ok(0) => return Err(LinkError::NoReceiver { peer: self.peer.clone() }),
-            Ok(_) => (),
-            Err(error) => return Err(broken(&self.peer, error)),
+            Ok(0) => Err(LinkError::NoReceiver { peer: self.peer.clone() }),
+            Ok(_) => Ok(()),
+            Err(error) => Err(broken(&self.peer, error)),
         }
-        self.bell.notify_with_custom_event_id(DATA).map_err(|error| broken(&self.peer, error))?;
-        Ok(())
     }
 
     fn receive(&mut self, expect: Expect, read: &mut dyn FnMut(&Header, &[T])) -> Result<(), LinkError> {
