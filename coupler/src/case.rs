@@ -33,6 +33,10 @@ pub enum MappingKind {
     Identity,
     /// Nearest projection on the solid's facets; its transpose for loads.
     Projection,
+    /// Nearest node.
+    Nearest,
+    /// Radial basis functions with a linear polynomial.
+    Rbf,
 }
 
 /// What happens when a guard trips.
@@ -95,9 +99,11 @@ impl Settings {
             .about("pair: pair reaction, exact in momentum; markers: traction from the marker pressures (the paper's).")
             .default("pair");
         let mapping = section
-            .choice("mapping", &["projection", "identity"])
+            .choice("mapping", &["projection", "identity", "nearest", "rbf"])
             .about(
-                "projection: nearest projection and its transpose, any two meshes; identity: node for node.",
+                "projection: nearest projection, any two meshes; identity: node for node; nearest: nearest node, does \
+                 not keep the moment; rbf: radial basis functions, smooth between the nodes, for up to 4000 of them. \
+                 Loads always go by the transpose.",
             )
             .default("projection");
         let robin_factor = section
@@ -127,7 +133,12 @@ impl Settings {
         Self {
             scheme,
             load: if load == "pair" { LoadForm::Pair } else { LoadForm::Markers },
-            mapping: if mapping == "identity" { MappingKind::Identity } else { MappingKind::Projection },
+            mapping: match mapping.as_str() {
+                "identity" => MappingKind::Identity,
+                "nearest" => MappingKind::Nearest,
+                "rbf" => MappingKind::Rbf,
+                _ => MappingKind::Projection,
+            },
             robin_factor,
             on_guard: if on_guard == "stop" { OnGuard::Stop } else { OnGuard::Warn },
             dummy_elements,

@@ -68,7 +68,7 @@ impl Coupled {
         receive_solid(&mut *solid_link, 0, &surface, &mut solid).map_err(refused("handshake"))?;
 
         let dummy = DummyMesh::span(outline, &settings.dummy_elements);
-        let mapping = Mapping::new(settings.mapping, &dummy, &surface)
+        let mapping = Mapping::new(settings.mapping, dummy.reference_position(), &surface)
             .map_err(|error| Failure::new(FailureClass::Case, NAME, "mapping", error.to_string()))?;
         let mut initial = vec![0.0; dummy.reference_position().len()];
         mapping.spread_motion(&solid.displacement, &mut initial);

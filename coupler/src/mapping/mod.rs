@@ -1,22 +1,29 @@
 //! Ties the fluid's side of the interface to the solid's surface: u_f = H u_s for motion, f_s = H' f_f for loads, with
 //! the same H, so that force and work are kept to round-off.
+//!
+//! The fluid's side is a set of points: the nodes of the dummy mesh, or any other. Points off the solid's surface hang
+//! on it by a [`Couple`](couple::Couple), so that the moment is kept as well.
 
+mod couple;
 mod identity;
+mod nearest;
 mod projection;
+mod rbf;
 
 use protocol::interface::Surface;
 
 pub use projection::marker_rows;
 
 use crate::case::MappingKind;
-use crate::dummy_mesh::DummyMesh;
+use couple::Couple;
 
-/// H as rows of (solid node, weight); the weights of a row sum to one.
+/// H: rows of (solid node, weight), whose weights sum to one, and the couples of the points off the surface.
 #[derive(Debug, Clone)]
 pub struct Mapping {
     dimension: usize,
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
+    couples: Vec<Couple>,
 }
 
 /// Why two sides cannot be tied.
@@ -35,17 +42,36 @@ pub enum MappingError {
     /// The solid's surface has no facet to project on.
     #[error("the solid's surface has no facet")]
     NoFacet,
+    /// `rbf` and too many nodes for a dense matrix.
+    #[error(
+        "rbf mapping: the solid's surface has {count} nodes, at most {limit} are allowed; use projection"
+    )]
+    TooManyNodes {
+        /// Nodes of the solid's surface.
+        count: usize,
+        /// The most a dense matrix is made for.
+        limit: usize,
+    },
+    /// `rbf` and two nodes at one place.
+    #[error("rbf mapping: two nodes of the solid's surface are at the same place; use projection")]
+    Coincident,
 }
 
+/// Rows of H, one per point of the fluid's side.
+type Rows = Vec<Vec<(usize, f64)>>;
+
 impl Mapping {
-    /// Makes H of the chosen kind.
+    /// Makes H of the chosen kind between `points` of the fluid's side, `[n, D]` m, and the solid's surface, both of
+    /// the unloaded body.
     ///
     /// # Errors
     /// [`MappingError`] when the sides do not allow it.
-    pub fn new(kind: MappingKind, dummy: &DummyMesh, surface: &Surface) -> Result<Self, MappingError> {
-        let rows = match kind {
-            MappingKind::Identity => identity::rows(dummy, surface)?,
-            MappingKind::Projection => projection::rows(dummy, surface)?,
+    pub fn new(kind: MappingKind, points: &[f64], surface: &Surface) -> Result<Self, MappingError> {
+        let (rows, couples) = match kind {
+            MappingKind::Identity => (identity::rows(points, surface)?, Vec::new()),
+            MappingKind::Projection => projection::rows(points, surface)?,
+            MappingKind::Nearest => (nearest::rows(points, surface), Vec::new()),
+            MappingKind::Rbf => (rbf::rows(points, surface)?, Vec::new()),
         };
         let mut starts = vec![0];
         let mut entries = Vec::new();
@@ -53,7 +79,7 @@ impl Mapping {
             entries.extend(row.into_iter().filter(|entry| entry.1 != 0.0));
             starts.push(entries.len());
         }
-        Ok(Self { dimension: surface.dimension, starts, entries })
+        Ok(Self { dimension: surface.dimension, starts, entries, couples })
     }
 
     fn row(&self, node: usize) -> &[(usize, f64)] {
@@ -71,6 +97,7 @@ impl Mapping {
                 }
             }
         }
+        self.couples.iter().for_each(|couple| couple.add_motion(dimension, source, target));
     }
 
     /// A number per node to the fluid's side, `[n]`.
@@ -90,5 +117,6 @@ impl Mapping {
                 }
             }
         }
+        self.couples.iter().for_each(|couple| couple.add_load(dimension, source, target));
     }
 }

@@ -1,9 +1,11 @@
 //! Nearest projection: every node of the fluid's side follows the point of the solid's surface nearest to it, by the
-//! facet's own shape functions (linear on segments and triangles, bilinear on quadrilaterals).
+//! facet's own shape functions (linear on segments and triangles, bilinear on quadrilaterals); points off the surface
+//! turn with it.
 
 use protocol::interface::{Facets, InterfaceMarker, Surface};
 
-use super::MappingError;
+use super::couple::Couple;
+use super::{MappingError, Rows};
 use crate::dummy_mesh::DummyMesh;
 
 type Point = [f64; 3];
@@ -15,21 +17,33 @@ struct Target<'a> {
     facets: &'a Facets,
 }
 
-pub(super) fn rows(dummy: &DummyMesh, surface: &Surface) -> Result<Vec<Vec<(usize, f64)>>, MappingError> {
+/// Distance from the surface below which a point lies on it, relative to the size of the body.
+const ON_SURFACE: f64 = 1e-9;
+
+pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Couple>), MappingError> {
     if surface.facets.is_empty() {
         return Err(MappingError::NoFacet);
     }
     let dimension = surface.dimension;
     let target = Target { dimension, position: &surface.reference_position, facets: &surface.facets };
-    Ok(dummy
-        .reference_position()
-        .chunks_exact(dimension)
-        .map(|point| project(point, &target, None))
-        .collect())
+    let size = surface.reference_position.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    let (mut rows, mut couples) = (Rows::new(), Vec::new());
+    for (node, point) in points.chunks_exact(dimension).enumerate() {
+        let row = project(point, &target, None);
+        let corners: Vec<_> = row.iter().map(|&(solid, _)| (solid, target.node(solid))).collect();
+        let places: Vec<Point> = corners.iter().map(|corner| corner.1).collect();
+        let weights: Vec<f64> = row.iter().map(|entry| entry.1).collect();
+        let offset = minus(&padded(point), &combine(&places, &weights));
+        if dot(&offset, &offset).sqrt() > ON_SURFACE * size {
+            couples.extend(Couple::new(node, offset, &corners));
+        }
+        rows.push(row);
+    }
+    Ok((rows, couples))
 }
 
 /// For every marker of the solid the markers of the fluid's side, on the same face, that give its traction, with weights.
-pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Vec<Vec<(usize, f64)>> {
+pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Rows {
     let dimension = surface.dimension;
     let target = Target { dimension, position: dummy.reference_position(), facets: dummy.facets() };
     let markers = dummy.facets().markers();
@@ -45,6 +59,12 @@ pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Vec<Vec<(usize, f64)
     surface.facets.markers().into_iter().map(row).collect()
 }
 
+impl Target<'_> {
+    fn node(&self, node: usize) -> Point {
+        padded(&self.position[node * self.dimension..][..self.dimension])
+    }
+}
+
 fn padded(point: &[f64]) -> Point {
     std::array::from_fn(|axis| point.get(axis).copied().unwrap_or_default())
 }
@@ -57,8 +77,7 @@ fn project(point: &[f64], target: &Target<'_>, face: Option<usize>) -> Vec<(usiz
         (0..target.facets.len()).filter(|&facet| face.is_none_or(|face| target.facets.face[facet] == face))
     {
         let nodes = target.facets.facet(facet);
-        let corner = |&node: &usize| padded(&target.position[node * target.dimension..][..target.dimension]);
-        let corners: Vec<Point> = nodes.iter().map(corner).collect();
+        let corners: Vec<Point> = nodes.iter().map(|&node| target.node(node)).collect();
         let weights = facet_weights(point, &corners);
         let off = minus(point, &combine(&corners, &weights));
         if dot(&off, &off) < best.0 {
