@@ -1,12 +1,12 @@
 //! Estimate of the added-mass ratio before a run: what decides which coupling scheme is stable.
 
-use protocol::case::Shared;
+use protocol::case::{Scheme, Shared};
 
-use crate::case::Scheme;
+use crate::case::Settings;
 
-/// Largest added-mass ratio at which the conventional staggered scheme of order 0 is stable with the default
-/// integrator in a modal model; the real fluid's limit lies lower.
-const CSS_LIMIT: f64 = 2.8;
+/// Largest added-mass ratio at which the conventional staggered scheme is stable with the default integrator, by order
+/// of the prediction, in a modal model; the real fluid's limit lies lower.
+const CSS_LIMITS: [f64; 3] = [2.8, 2.1, 1.1];
 
 /// r = rho_f l_a / (rho_s h) times the number of wet sides.
 ///
@@ -28,16 +28,17 @@ pub fn estimate(shared: &Shared) -> Option<f64> {
 }
 
 /// What a ratio means for a scheme, in words for the plan.
-pub fn meaning(ratio: f64, scheme: Scheme) -> String {
-    match scheme {
-        Scheme::Robin => {
-            format!("the wall carries {ratio:.1} times its own mass in water; Robin wall: stable")
+pub fn meaning(ratio: f64, settings: &Settings) -> String {
+    let carries = format!("the wall carries {ratio:.1} times its own mass in water");
+    let limit = CSS_LIMITS[usize::from(settings.prediction_order)];
+    match settings.scheme {
+        Scheme::Robin => format!("{carries}; Robin wall: stable"),
+        Scheme::Strong => format!("{carries}; sub-iterations: stable"),
+        Scheme::ToSolid | Scheme::ToFluid => format!("{carries}, which a one-way scheme leaves out"),
+        Scheme::Css | Scheme::Parallel if ratio < 0.3 * limit => format!("{carries}; staggered: stable"),
+        Scheme::Css | Scheme::Parallel => {
+            format!("{carries}; staggered is at or past its limit, a smaller step does not help")
         }
-        Scheme::Css { .. } if ratio < 0.3 * CSS_LIMIT => "conventional staggered: stable".to_owned(),
-        Scheme::Css { .. } => format!(
-            "the wall carries {ratio:.1} times its own mass in water; conventional staggered is at or past its limit, \
-             a smaller step does not help"
-        ),
     }
 }
 
@@ -52,10 +53,12 @@ mod tests {
         let text = "[case]\nname='a'\ndimension=2\n[domain]\nmin=[0,0]\nmax=[0.584,1]\n[fluid]\n[[fluid.region]]\n\
                     min=[0,0]\nmax=[0.146,0.292]\n[solid]\nmin=[0.292,0]\nmax=[0.304,0.08]\ndensity=2500\n\
                     clamped=['bottom']\n[time]\nend=1\nmax_dt=1e-3\n";
-        let shared = Shared::read(&CaseFile::parse("a", text, &[]));
+        let css = format!("{text}[coupling]\nscheme='css'\n");
+        let case = CaseFile::parse("a", &css, &[]);
+        let shared = Shared::read(&case);
         let ratio = estimate(&shared).unwrap();
         // 1000 * 0.08 / 1.9 / (2500 * 0.012) = 1.404 per side.
         assert!((ratio - 2.0 * 1.404).abs() < 0.01, "{ratio}");
-        assert!(meaning(ratio, Scheme::Css { order: 1 }).contains("past its limit"));
+        assert!(meaning(ratio, &Settings::read(&case, &shared)).contains("past its limit"));
     }
 }

@@ -1,21 +1,11 @@
 //! `[coupling]`: the coupler's own section of the case, and its part of the plan.
 
-use protocol::case::{CaseFile, CheckReport, LeftOut, PlanFigure, Shared};
+use protocol::case::{CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared};
 
+use crate::acceleration::{Acceleration, Aitken, IqnIls, Reuse};
 use crate::added_mass;
 use crate::dummy_mesh::DummyMesh;
-
-/// How the two solvers take turns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scheme {
-    /// The single-pass Robin wall: the wall gives way to the pressure it has not yet felt.
-    Robin,
-    /// Conventional serial staggered with displacement prediction of this order (0 or 1), the paper's.
-    Css {
-        /// 0: x_n; 1: x_n + dt v_n.
-        order: u8,
-    },
-}
+use crate::passes::{Agreement, Passes};
 
 /// What loads the solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,10 +39,14 @@ pub enum OnGuard {
 }
 
 /// `[coupling]`, resolved.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Settings {
     /// How the solvers take turns.
     pub scheme: Scheme,
+    /// Of the displacement, for the schemes that predict it.
+    pub prediction_order: u8,
+    /// Of the strong scheme.
+    pub passes: Option<Passes>,
     /// What loads the solid.
     pub load: LoadForm,
     /// How the sides are tied.
@@ -71,29 +65,10 @@ impl Settings {
     /// Reads `[coupling]`; without the section all defaults hold.
     pub fn read(case: &CaseFile, shared: &Shared) -> Self {
         let section = case.section_or_default("coupling");
-        let scheme = section
-            .choice("scheme", &["robin", "css"])
-            .about("robin: single pass, stable at any mass ratio; css: conventional serial staggered (the paper's).")
-            .default("robin");
-        let order = section
-            .integer("prediction_order")
-            .at_least(0.0)
-            .at_most(1.0)
-            .about("css only: order of the displacement prediction; the paper does not state its own.");
-        let scheme = match (scheme.as_str(), section.has("prediction_order")) {
-            ("css", _) => Scheme::Css { order: order.default(1.0) as u8 },
-            (_, false) => Scheme::Robin,
-            (_, true) => {
-                order.optional();
-                section.complain(
-                    "prediction_order",
-                    "is for scheme = \"css\" only",
-                    "absent with scheme = \"robin\"",
-                    "The Robin wall predicts nothing: it stands at the solid's true position.",
-                );
-                Scheme::Robin
-            }
-        };
+        // Read by all, as it decides the turns.
+        section.pass_over(&["scheme"]);
+        let prediction_order = read_prediction_order(&section, shared.scheme);
+        let passes = read_passes(&section, shared.scheme);
         let load = section
             .choice("load", &["pair", "markers"])
             .about("pair: pair reaction, exact in momentum; markers: traction from the marker pressures (the paper's).")
@@ -131,7 +106,9 @@ impl Settings {
             .unwrap_or((0.0, f64::INFINITY));
         section.finish();
         Self {
-            scheme,
+            scheme: shared.scheme,
+            prediction_order,
+            passes,
             load: if load == "pair" { LoadForm::Pair } else { LoadForm::Markers },
             mapping: match mapping.as_str() {
                 "identity" => MappingKind::Identity,
@@ -145,6 +122,90 @@ impl Settings {
             ledger_window: window,
         }
     }
+}
+
+/// Keys that only some schemes have a use for are refused with the others.
+fn read_if<T>(
+    section: &Section<'_>,
+    wanted: bool,
+    key: &str,
+    why: &str,
+    read: impl FnOnce() -> T,
+) -> Option<T> {
+    if wanted {
+        return Some(read());
+    }
+    if !section.pass_over(&[key]).is_empty() {
+        section.complain(key, "has no use with this scheme", "absent", why);
+    }
+    None
+}
+
+fn read_prediction_order(section: &Section<'_>, scheme: Scheme) -> u8 {
+    let wanted = matches!(scheme, Scheme::Css | Scheme::Parallel);
+    let why =
+        "Only css and parallel predict the displacement; the Robin wall stands at the solid's true position.";
+    let order = read_if(section, wanted, "prediction_order", why, || {
+        let order = section.integer("prediction_order").at_least(0.0).at_most(2.0).about(
+            "css, parallel: order of the displacement prediction, u | u + dt v | u + dt (3 v - v_before) / 2; the \
+             paper does not state its own.",
+        );
+        order.default(1.0) as u8
+    });
+    order.unwrap_or(1)
+}
+
+fn read_passes(section: &Section<'_>, scheme: Scheme) -> Option<Passes> {
+    let wanted = scheme == Scheme::Strong;
+    let why = "It belongs to scheme = \"strong\".";
+    let method = read_if(section, wanted, "acceleration", why, || {
+        let choice = section.choice("acceleration", &["iqn-ils", "aitken", "fixed"]).about(
+            "strong: from one pass to the next; iqn-ils: interface quasi-Newton; aitken: changing relaxation; fixed: \
+             constant relaxation, slow or unstable with a heavy fluid.",
+        );
+        choice.default("iqn-ils")
+    });
+    let relaxation = read_if(section, wanted, "relaxation", why, || {
+        let number = section.number("relaxation").above(0.0).at_most(1.0).about(
+            "strong: relaxation of the first correction, with acceleration = \"fixed\" of all of them.",
+        );
+        number.default(0.1)
+    });
+    let reused_steps =
+        read_if(section, wanted && method.as_deref() == Some("iqn-ils"), "reused_steps", why, || {
+            let number = section
+                .integer("reused_steps")
+                .at_least(0.0)
+                .at_most(100.0)
+                .about("iqn-ils: steps whose passes serve the next ones.");
+            number.default(10.0) as usize
+        });
+    let tolerance = read_if(section, wanted, "tolerance", why, || {
+        let number = section.number("tolerance").at_least(1e-4).at_most(0.1).about(
+            "strong: |x~ - x| over max(|x~ - u_n|, 0.01 |x~|) at which a step stands. The pressure solve must be ten \
+             times tighter.",
+        );
+        number.default(1e-3)
+    });
+    let most_passes = read_if(section, wanted, "most_passes", why, || {
+        let number = section
+            .integer("most_passes")
+            .at_least(1.0)
+            .at_most(1000.0)
+            .about("strong: after so many passes a step stands as it is, and is counted.");
+        number.default(30.0) as u32
+    });
+    let (method, relaxation) = (method?, relaxation?);
+    let acceleration = match method.as_str() {
+        "fixed" => Acceleration::Fixed { relaxation },
+        "aitken" => Acceleration::Aitken(Aitken::new(relaxation)),
+        _ => {
+            let reuse = Reuse { steps: reused_steps.unwrap_or_default(), first_relaxation: relaxation };
+            Acceleration::IqnIls(IqnIls::new(reuse))
+        }
+    };
+    let agreement = Agreement { tolerance: tolerance?, most_passes: most_passes? };
+    Some(Passes::new(agreement, acceleration))
 }
 
 /// The coupler's answer to `--check`.
@@ -164,16 +225,27 @@ pub fn check(case: &CaseFile) -> CheckReport {
             plan.push(PlanFigure::new(
                 "added_mass_ratio",
                 estimate,
-                added_mass::meaning(estimate, settings.scheme),
+                added_mass::meaning(estimate, &settings),
             ));
         }
-        if settings.scheme != Scheme::Robin {
-            left_out.push(LeftOut::new("Robin wall", "the case pins the conventional staggered scheme"));
-        } else if solid.model == "fem" {
-            left_out
-                .push(LeftOut::new("displacement prediction", "the Robin wall stands at the true position"));
-        }
-        left_out.push(LeftOut::new("sub-iterations", "one pass a step is enough for the scheme chosen"));
+        left_out.extend(not_needed(&settings, solid.model == "rigid"));
     }
     CheckReport::new("coupler", case, plan, left_out)
+}
+
+fn not_needed(settings: &Settings, is_rigid: bool) -> Vec<LeftOut> {
+    if is_rigid {
+        return vec![LeftOut::new("coupling scheme", "a rigid body does not respond to the water")];
+    }
+    let mut left_out = Vec::new();
+    if settings.scheme != Scheme::Robin {
+        left_out.push(LeftOut::new("Robin wall", "the case pins another scheme"));
+    }
+    if !matches!(settings.scheme, Scheme::Css | Scheme::Parallel) {
+        left_out.push(LeftOut::new("displacement prediction", "the scheme does not look ahead by it"));
+    }
+    if settings.passes.is_none() {
+        left_out.push(LeftOut::new("sub-iterations", "one pass a step is enough for the scheme chosen"));
+    }
+    left_out
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::case::Shared;
+use protocol::case::{Scheme, Shared};
 use protocol::control::{Account, Start, StepReport};
 use protocol::failure::{Failure, FailureClass};
 use protocol::interface::{Contract, Surface};
@@ -19,6 +19,7 @@ use crate::load::{Load, total_area};
 use crate::mapping::Mapping;
 use crate::motion::{FluidMotion, SolidMotion};
 use crate::participant::NAME;
+use crate::passes::Passes;
 
 /// Everything the coupler holds between two steps.
 pub(crate) struct Coupled {
@@ -32,6 +33,10 @@ pub(crate) struct Coupled {
     pub(crate) solid: SolidMotion,
     pub(crate) displacement_before: Vec<f64>,
     pub(crate) load: Load,
+    /// The load the solid has got last, `[n, D]` N.
+    pub(crate) acted: Vec<f64>,
+    /// Of the strong scheme.
+    pub(crate) passes: Option<Passes>,
     /// The solid's motion over the step, `[n, D]` m, on its own side and carried to the fluid's.
     pub(crate) solid_step: Vec<f64>,
     pub(crate) carried_step: Vec<f64>,
@@ -72,8 +77,9 @@ impl Coupled {
             .map_err(|error| Failure::new(FailureClass::Case, NAME, "mapping", error.to_string()))?;
         let mut initial = vec![0.0; dummy.reference_position().len()];
         mapping.spread_motion(&solid.displacement, &mut initial);
-        let rule = (settings.scheme, outline.model == "rigid", outline.prescribed);
-        let motion = FluidMotion::new(rule, dummy.reference_position(), &initial);
+        let is_rigid = outline.model == "rigid";
+        let body = (is_rigid, outline.prescribed);
+        let motion = FluidMotion::new(settings, body, dummy.reference_position(), &initial);
         let response_mass = mapping
             .spread_scalar(&surface.areal_mass)
             .iter()
@@ -87,8 +93,10 @@ impl Coupled {
         send_body_mesh(&mut *fluid_link, &mesh).map_err(refused("handshake"))?;
 
         Ok(Self {
+            passes: settings.passes.clone().filter(|_| !is_rigid),
             settings: settings.clone(),
             load: Load::new(&dummy, &surface),
+            acted: vec![0.0; surface.node_count() * dimension],
             solid_step: vec![0.0; surface.node_count() * dimension],
             carried_step: vec![0.0; dummy.node_count() * dimension],
             ledger: Ledger::create(&context.folder, dimension, shared.output.series_every)?,
@@ -118,10 +126,14 @@ impl Coupled {
     pub(crate) fn report(&self) -> StepReport {
         let stop = self.jump.diverges() || self.settings.on_guard == OnGuard::Stop;
         let verdict = if stop { self.verdict() } else { None };
-        StepReport { admitted_dt: f64::INFINITY, substeps: 1, shown: None, verdict }
+        StepReport { verdict, ..StepReport::unlimited() }
     }
 
+    /// A one-way scheme cannot become unstable, and its two works have nothing to do with each other.
     fn verdict(&self) -> Option<String> {
+        if matches!(self.settings.scheme, Scheme::ToSolid | Scheme::ToFluid) {
+            return None;
+        }
         let jumps = self.jump.diverges() || self.jump.greatest() > guard::UNSTABLE;
         let unstable = jumps || self.ledger.work_mismatch() > guard::MISMATCH;
         unstable.then(|| "unstable_coupling".to_owned())
@@ -130,6 +142,7 @@ impl Coupled {
     pub(crate) fn account(&self) -> Account {
         let totals = self.ledger.totals();
         let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let passes = self.passes.iter().flat_map(Passes::health);
         let health = [
             ("load_jump_mean", self.jump.mean()),
             ("load_jump_greatest", self.jump.greatest()),
@@ -144,7 +157,7 @@ impl Coupled {
             ("mapping_work_imbalance", totals.work_imbalance),
         ];
         let health: BTreeMap<_, _> =
-            health.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+            health.into_iter().chain(passes).map(|(name, value)| (name.to_owned(), value)).collect();
         Account {
             phases: self.clock.table(),
             health,

@@ -1,6 +1,7 @@
 //! The phases [`crate::step`] lists: what is received, made, mapped, sent and booked at each step.
 
-use protocol::control::StepTime;
+use protocol::case::Scheme;
+use protocol::control::{StepReport, StepTime};
 use protocol::failure::Failure;
 use protocol::header::{Header, Kind};
 use protocol::interface::{ActingLoad, BodyMesh, Surface};
@@ -21,6 +22,29 @@ fn lost(at: StepTime, phase: &'static str) -> impl Fn(LinkError) -> Failure {
 }
 
 impl Coupled {
+    pub(crate) fn predict_motion(&mut self, at: StepTime) {
+        self.displacement_before.clone_from(&self.solid.displacement);
+        match &mut self.passes {
+            Some(passes) => {
+                passes.begin(at.dt, &self.solid);
+                self.motion.follow(at.dt, (&passes.start, &passes.guess), &self.mapping);
+            }
+            None => self.motion.predict(at.dt, &self.solid, &self.mapping),
+        }
+    }
+
+    pub(crate) fn correct_motion(&mut self, at: StepTime) {
+        if let Some(passes) = &mut self.passes {
+            passes.correct(&self.solid.displacement);
+            self.motion.follow(at.dt, (&passes.start, &passes.guess), &self.mapping);
+        }
+    }
+
+    pub(crate) fn compare_motion(&mut self) -> StepReport {
+        let is_open = self.passes.as_mut().is_some_and(|passes| passes.compare(&self.solid.displacement));
+        StepReport { is_open, ..StepReport::unlimited() }
+    }
+
     pub(crate) fn send_motion(&mut self, at: StepTime) -> Result<(), Failure> {
         let header = Header::new(Kind::Motion, at.step, at.time, at.dt);
         let motion = &self.motion;
@@ -47,23 +71,28 @@ impl Coupled {
 
     pub(crate) fn send_load(&mut self, at: StepTime) -> Result<(), Failure> {
         let header = Header::new(Kind::Load, at.step, at.time, at.dt);
-        let (forces, traction) = (&self.load.on_solid, &self.load.traction_on_solid);
+        let share = if self.settings.scheme == Scheme::ToFluid { 0.0 } else { 1.0 };
+        self.acted.iter_mut().zip(&self.load.on_solid).for_each(|(acted, load)| *acted = share * load);
+        let (forces, traction) = (&self.acted, &self.load.traction_on_solid);
         let count = 1 + forces.len() + traction.len();
         let sent = self.solid_link.send(header, count, &mut |out| {
             out[0] = f64::from(ActingLoad::NodalForce as u8);
             out[1..=forces.len()].copy_from_slice(forces);
-            out[1 + forces.len()..].copy_from_slice(traction);
+            let tractions = out[1 + forces.len()..].iter_mut().zip(traction);
+            tractions.for_each(|(out, traction)| *out = share * traction);
         });
         sent.map_err(lost(at, "send_load"))
     }
 
     pub(crate) fn receive_motion(&mut self, at: StepTime) -> Result<(), Failure> {
-        std::mem::swap(&mut self.displacement_before, &mut self.solid.displacement);
         let link = &mut *self.solid_link;
         receive_solid(link, at.step, &self.surface, &mut self.solid).map_err(lost(at, "receive_motion"))
     }
 
     pub(crate) fn book_ledger(&mut self, at: StepTime) -> Result<(), Failure> {
+        if let Some(passes) = &mut self.passes {
+            passes.settle();
+        }
         for (node, step) in self.solid_step.iter_mut().enumerate() {
             *step = self.solid.displacement[node] - self.displacement_before[node];
         }
@@ -81,6 +110,7 @@ impl Coupled {
             solid_reference: &self.surface.reference_position,
             solid_motion: &self.solid_step,
             solid_load: &self.load.on_solid,
+            acted_load: &self.acted,
             pair_load: &self.load.pair,
             marker_load: &self.load.marker,
         };

@@ -30,6 +30,8 @@ pub struct Entry<'a> {
     pub solid_motion: &'a [f64],
     /// Load that acts, on the solid's nodes, N.
     pub solid_load: &'a [f64],
+    /// Load that has acted on the solid during the step: one step older than `solid_load` in the parallel scheme, N.
+    pub acted_load: &'a [f64],
     /// Pair reaction on the fluid's nodes, N.
     pub pair_load: &'a [f64],
     /// Marker tractions integrated to the fluid's nodes, N.
@@ -106,7 +108,7 @@ impl Ledger {
         let (given, taken) = (sum(entry.fluid_load, dimension), sum(entry.solid_load, dimension));
         let fluid_moment = moment(entry.fluid_position, entry.fluid_load, dimension);
         let fluid_work = entry.dt * dot(entry.fluid_load, entry.fluid_velocity);
-        let solid_work = dot(entry.solid_load, entry.solid_motion);
+        let solid_work = dot(entry.acted_load, entry.solid_motion);
         let totals = &mut self.totals;
         for axis in 0..3 {
             totals.pair_impulse[axis] += entry.dt * pair[axis];
@@ -126,7 +128,8 @@ impl Ledger {
         totals.moment_imbalance = totals.moment_imbalance.max(moment_imbalance);
         let work_scale = scale * greatest(entry.solid_motion);
         let carried = dot(entry.fluid_load, entry.carried_motion);
-        let work_imbalance = relative((carried - solid_work).abs(), work_scale);
+        let mapped = dot(entry.solid_load, entry.solid_motion);
+        let work_imbalance = relative((carried - mapped).abs(), work_scale);
         totals.work_imbalance = totals.work_imbalance.max(work_imbalance);
         let imbalances = [load_jump, force_imbalance, moment_imbalance, work_imbalance];
         self.write(entry.time, [pair, markers, fluid_moment], &imbalances)

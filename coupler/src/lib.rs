@@ -6,8 +6,9 @@
 //! Data layout: flat arrays, node after node, `D` components each; the fluid's side is the [`dummy_mesh::DummyMesh`],
 //! the solid's side its [`protocol::interface::Surface`]. In 2-D all forces are per metre of depth.
 //!
-//! Deliberately absent: any particle and any element; sub-iterations (the single-pass Robin wall needs none).
+//! Deliberately absent: any particle and any element.
 
+pub mod acceleration;
 pub mod added_mass;
 pub mod case;
 mod coupled;
@@ -19,4 +20,5 @@ pub mod load;
 pub mod mapping;
 pub mod motion;
 pub mod participant;
+pub mod passes;
 mod step;

@@ -1,8 +1,9 @@
 //! What the fluid is told about the motion of the interface over the coming step.
 
+use protocol::case::Scheme;
 use protocol::interface::Response;
 
-use crate::case::Scheme;
+use crate::case::Settings;
 use crate::mapping::Mapping;
 
 /// Displacement, velocity and acceleration of the solid's interface nodes, each `[n, D]`.
@@ -29,29 +30,42 @@ impl SolidMotion {
     }
 }
 
-/// The paper's displacement prediction: x_p,n+1 = X + u_n (order 0) or X + u_n + dt v_n (order 1).
+/// The paper's displacement prediction: x_p,n+1 = X + u_n (order 0), X + u_n + dt v_n (order 1) or, by Adams and
+/// Bashforth, X + u_n + dt (3 v_n - v_n-1) / 2 (order 2; for unequal steps their general form).
 ///
 /// The fluid sees the wall move from the last prediction to this one: w = (x_p,n+1 - x_p,n) / dt at x_p,n.
 #[derive(Debug, Clone)]
 pub struct DisplacementPredictor {
     order: u8,
     predicted: Vec<f64>,
+    /// v_n-1 and the step from there, s; none before the second step.
+    before: Option<(Vec<f64>, f64)>,
 }
 
 impl DisplacementPredictor {
     /// Starts at the reference positions moved by the initial displacement.
     pub fn new(order: u8, position: &[f64]) -> Self {
-        Self { order, predicted: position.to_vec() }
+        Self { order, predicted: position.to_vec(), before: None }
     }
 
     /// Predicts from the current position `[n, D]` m and velocity `[n, D]` m/s on the fluid's side; leaves the start
     /// of the step in `position` and the mean velocity over it in `velocity`.
     pub fn predict(&mut self, dt: f64, position: &mut [f64], velocity: &mut [f64]) {
+        let now = (self.order == 2).then(|| velocity.to_vec());
         for i in 0..position.len() {
-            let next = if self.order == 0 { position[i] } else { position[i] + dt * velocity[i] };
+            let next = position[i] + dt * self.mean_velocity(i, velocity[i], dt);
             position[i] = self.predicted[i];
             velocity[i] = (next - self.predicted[i]) / dt;
             self.predicted[i] = next;
+        }
+        self.before = now.map(|velocity| (velocity, dt));
+    }
+
+    fn mean_velocity(&self, component: usize, velocity: f64, dt: f64) -> f64 {
+        match (self.order, &self.before) {
+            (0, _) => 0.0,
+            (_, Some((before, step))) => velocity + 0.5 * dt / step * (velocity - before[component]),
+            (_, None) => velocity,
         }
     }
 }
@@ -65,8 +79,10 @@ enum Rule {
     Predicted(DisplacementPredictor),
     /// A motion known beforehand: true position, mean velocity v_n + dt/2 a_n, and the acceleration.
     Prescribed,
-    /// A body that stands still.
+    /// A body that stands still, or that the water shall see so.
     Fixed,
+    /// A guess of the displacement at the end of the step, see [`FluidMotion::follow`].
+    Guessed,
 }
 
 /// The motion of the fluid's side of the interface, `[n, D]` each.
@@ -83,19 +99,25 @@ pub struct FluidMotion {
 }
 
 impl FluidMotion {
-    /// Chooses the rule from (scheme, rigid, prescribed): a rigid body has no coupling scheme, it stands still or
-    /// follows its prescribed motion. Positions and initial displacements `[n, D]` m.
+    /// Chooses the rule from the settings and (rigid, prescribed): a rigid body has no coupling scheme, it stands still
+    /// or follows its prescribed motion. Positions and initial displacements `[n, D]` m.
     pub fn new(
-        (scheme, rigid, prescribed): (Scheme, bool, bool),
+        settings: &Settings,
+        (rigid, prescribed): (bool, bool),
         reference: &[f64],
         initial: &[f64],
     ) -> Self {
         let position: Vec<f64> = reference.iter().zip(initial).map(|(x, u)| x + u).collect();
-        let rule = match (scheme, rigid, prescribed) {
-            (_, _, true) => Rule::Prescribed,
-            (_, true, false) => Rule::Fixed,
-            (Scheme::Robin, ..) => Rule::Robin,
-            (Scheme::Css { order }, ..) => Rule::Predicted(DisplacementPredictor::new(order, &position)),
+        let rule = match settings.scheme {
+            _ if prescribed => Rule::Prescribed,
+            _ if rigid => Rule::Fixed,
+            Scheme::Robin => Rule::Robin,
+            Scheme::Css | Scheme::Parallel => {
+                Rule::Predicted(DisplacementPredictor::new(settings.prediction_order, &position))
+            }
+            Scheme::Strong => Rule::Guessed,
+            Scheme::ToSolid => Rule::Fixed,
+            Scheme::ToFluid => Rule::Prescribed,
         };
         let zero = vec![0.0; position.len()];
         Self { rule, reference: reference.to_vec(), position, velocity: zero.clone(), acceleration: zero }
@@ -105,7 +127,7 @@ impl FluidMotion {
     pub fn response(&self) -> Response {
         match self.rule {
             Rule::Robin => Response::Robin,
-            Rule::Predicted(_) | Rule::Fixed => Response::Given,
+            Rule::Predicted(_) | Rule::Fixed | Rule::Guessed => Response::Given,
             Rule::Prescribed => Response::Prescribed,
         }
     }
@@ -127,9 +149,21 @@ impl FluidMotion {
                 return predictor.predict(dt, &mut self.position, &mut self.velocity);
             }
             Rule::Robin => dt,
-            Rule::Prescribed | Rule::Fixed => 0.5 * dt,
+            Rule::Prescribed | Rule::Fixed | Rule::Guessed => 0.5 * dt,
         };
         self.velocity.iter_mut().zip(&self.acceleration).for_each(|(v, a)| *v += share * a);
+    }
+
+    /// Moves evenly from one displacement of the solid's nodes to another, `[n, D]` m, over the coming step.
+    pub fn follow(&mut self, dt: f64, (start, end): (&[f64], &[f64]), mapping: &Mapping) {
+        mapping.spread_motion(start, &mut self.position);
+        mapping.spread_motion(end, &mut self.velocity);
+        for ((position, velocity), reference) in
+            self.position.iter_mut().zip(&mut self.velocity).zip(&self.reference)
+        {
+            *velocity = (*velocity - *position) / dt;
+            *position += reference;
+        }
     }
 
     /// The blocks of a motion message to the fluid.
@@ -160,5 +194,19 @@ mod tests {
                 assert_eq!(velocity[0], if order == 0 && step == 0 { 0.0 } else { late });
             }
         }
+    }
+
+    #[test]
+    fn order_two_predicts_a_uniform_acceleration_exactly_with_unequal_steps_too() {
+        // x = t^2 / 2, v = t: dt (v + kappa/2 (v - v_before)) is the mean of v over the step.
+        let mut predictor = DisplacementPredictor::new(2, &[0.0]);
+        let (mut time, mut mean) = (0.0_f64, Vec::new());
+        for dt in [0.5, 0.25, 0.25, 0.1] {
+            let (mut position, mut velocity) = ([0.5 * time * time], [time]);
+            predictor.predict(dt, &mut position, &mut velocity);
+            time += dt;
+            mean.push((predictor.predicted[0], 0.5 * time * time));
+        }
+        assert!(mean[1..].iter().all(|(found, exact)| (found - exact).abs() < 1e-15), "{mean:?}");
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use protocol::case::{CaseFile, Shared};
-use protocol::control::{Account, Ready, Start, StepReport, StepTime};
+use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::link::Transport;
 use protocol::participant::{Context, Participant, Program};
@@ -55,16 +55,8 @@ impl Participant for Coupler {
         Ok(Ready { counts, admitted_dt: f64::INFINITY })
     }
 
-    fn predict(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        self.coupled()?.predict_step(at)
-    }
-
-    fn transfer(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        self.coupled()?.transfer_step(at)
-    }
-
-    fn book(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        self.coupled()?.book_step(at)
+    fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {
+        self.coupled()?.part(part, at)
     }
 
     fn output(&mut self, _frame: u32, _at: StepTime) -> Result<(), Failure> {

@@ -32,6 +32,7 @@ mod phases;
 mod plan;
 pub mod pressure;
 pub mod scene;
+pub mod snapshot;
 pub mod source;
 mod step;
 pub mod time_step;

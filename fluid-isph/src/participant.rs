@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use protocol::case::{CaseFile, Shared};
-use protocol::control::{Account, Ready, Start, StepReport, StepTime};
+use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::header::{Header, Kind};
 use protocol::interface::{BodyMesh, Contract, Response};
 use protocol::link::{Expect, Link, LinkError, Transport, agree};
-use protocol::participant::{Context, Participant, Program};
+use protocol::participant::{Context, Participant, Program, not_my_part};
 use protocol::phases::PhaseClock;
 
 use crate::body::Motion;
@@ -16,6 +16,7 @@ use crate::case::{NAME, check, resolve};
 use crate::fluid::Fluid;
 use crate::output::{Frames, GaugeSeries};
 use crate::scene::Scene;
+use crate::snapshot::Snapshot;
 
 /// Relative growth of the water's energy beyond the work put in that earns a verdict.
 const ENERGY_GROWTH: f64 = 0.02;
@@ -46,6 +47,7 @@ pub struct FluidParticipant<const D: usize> {
 /// Everything after the handshake.
 struct Running<const D: usize> {
     fluid: Fluid<D>,
+    snapshot: Snapshot<D>,
     interface: Option<Interface>,
     gauges: GaugeSeries<D>,
     frames: Option<Frames>,
@@ -130,31 +132,26 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         let gauges = GaugeSeries::create(&self.context.folder, &self.shared.gauges, output.series_every)?;
         let frames = output.fields_every.map(|_| Frames::new(PathBuf::from(&self.context.folder)));
         let clock = PhaseClock::default();
-        self.running = Some(Running { fluid, interface, gauges, frames, pool, clock });
+        self.running =
+            Some(Running { fluid, snapshot: Snapshot::default(), interface, gauges, frames, pool, clock });
         Ok(Ready { counts, admitted_dt })
     }
 
-    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        let Running { fluid, interface, gauges, pool, clock, .. } = self.running()?;
-        let lost = |phase| move |error: LinkError| error.into_failure(NAME, at.step, at.time, phase);
-        if let Some(interface) = interface {
-            clock.run("receive motion", || interface.receive(at)).map_err(lost("receive motion"))?;
+    fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {
+        let running = self.running()?;
+        match part {
+            Part::Advance => return running.advance(at),
+            Part::Save => running.clock.run("save", || running.fluid.save(&mut running.snapshot)),
+            Part::Restore => running.clock.run("restore", || running.fluid.restore(&running.snapshot)),
+            Part::Record if running.gauges.is_empty() => (),
+            Part::Record => {
+                let Running { fluid, gauges, clock, .. } = running;
+                let shown = clock.run("gauges", || gauges.record(at.time, fluid))?;
+                return Ok(StepReport { shown, ..StepReport::unlimited() });
+            }
+            other => return Err(not_my_part(other)),
         }
-        let motion = interface.as_ref().map(Interface::motion);
-        pool.install(|| fluid.advance(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
-        if let Some(interface) = interface {
-            clock.run("send load", || interface.send(at, fluid)).map_err(lost("send load"))?;
-        }
-        let shown = match gauges.is_empty() {
-            true => None,
-            false => clock.run("gauges", || gauges.record(at.time, fluid))?,
-        };
-        Ok(StepReport {
-            admitted_dt: fluid.admitted_time_step(),
-            substeps: fluid.last_substeps(),
-            shown,
-            verdict: None,
-        })
+        Ok(StepReport::unlimited())
     }
 
     fn output(&mut self, frame: u32, at: StepTime) -> Result<(), Failure> {
@@ -179,6 +176,24 @@ impl<const D: usize> Participant for FluidParticipant<D> {
             verdicts.push("lost_particles".to_owned());
         }
         Account { phases, health: health.table(), verdicts, ..Account::default() }
+    }
+}
+
+impl<const D: usize> Running<D> {
+    /// Takes the motion, advances, gives the load back.
+    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
+        let Self { fluid, interface, pool, clock, .. } = self;
+        let lost = |phase| move |error: LinkError| error.into_failure(NAME, at.step, at.time, phase);
+        if let Some(interface) = interface {
+            clock.run("receive motion", || interface.receive(at)).map_err(lost("receive motion"))?;
+        }
+        let motion = interface.as_ref().map(Interface::motion);
+        pool.install(|| fluid.advance(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
+        if let Some(interface) = interface {
+            clock.run("send load", || interface.send(at, fluid)).map_err(lost("send load"))?;
+        }
+        let (admitted_dt, substeps) = (fluid.admitted_time_step(), fluid.last_substeps());
+        Ok(StepReport { admitted_dt, substeps, ..StepReport::default() })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::case::Shared;
+use protocol::case::{Scheme, Shared};
 use protocol::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::phases::{PhaseClock, PhaseTime};
@@ -50,7 +50,9 @@ pub trait Observer {
 /// The cast a scene needs.
 pub fn cast(shared: &Shared) -> Cast {
     match (&shared.fluid, &shared.solid) {
-        (Some(_), Some(_)) => Cast::Coupled,
+        // A rigid body does not respond: one pass will do.
+        (Some(_), Some(solid)) if solid.model == "rigid" => Cast::Coupled(Scheme::default()),
+        (Some(_), Some(_)) => Cast::Coupled(shared.scheme),
         (Some(_), None) => Cast::FluidAlone,
         _ => Cast::SolidAlone,
     }
@@ -59,7 +61,7 @@ pub fn cast(shared: &Shared) -> Cast {
 /// Processes of a cast, by role.
 pub fn roles(cast: Cast) -> &'static [&'static str] {
     match cast {
-        Cast::Coupled => &["fluid", "coupler", "solid"],
+        Cast::Coupled(_) => &["fluid", "coupler", "solid"],
         Cast::FluidAlone => &["fluid"],
         Cast::SolidAlone => &["solid"],
     }

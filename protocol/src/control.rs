@@ -50,12 +50,24 @@ pub enum Order {
 pub enum Part {
     /// Coupler: predict the interface motion and send it to the fluid.
     Predict,
-    /// Fluid, solid: advance one coupling step.
+    /// Coupler: send the fluid a better guess of the motion over the same step.
+    Correct,
+    /// Fluid, solid: keep the state at the start of the step.
+    Save,
+    /// Fluid, solid: go back to the state kept.
+    Restore,
+    /// Fluid, solid: take what the coupler sends, advance one coupling step, answer with the result.
     Advance,
-    /// Coupler: take the fluid's load, map it and send it to the solid.
-    Transfer,
-    /// Coupler: take the solid's motion and book the step in the ledger.
+    /// Coupler: take the fluid's load and map it.
+    TakeLoad,
+    /// Coupler: send the solid the load taken last.
+    SendLoad,
+    /// Coupler: take the solid's motion; its report says whether the step needs another pass.
+    TakeMotion,
+    /// Coupler: book the step in the ledger.
     Book,
+    /// Fluid, solid: write the gauges of the step, which stands.
+    Record,
 }
 
 /// What both ends of a data link expect, from the plan made before the run.
@@ -105,6 +117,8 @@ pub struct StepReport {
     pub substeps: u32,
     /// Value shown in the progress line (first column of its first gauge), where it has one.
     pub shown: Option<(String, f64)>,
+    /// Whether the two sides do not agree yet, so that the step needs another pass.
+    pub is_open: bool,
     /// Verdict that ends the run now, although the numbers are finite (a guard set to stop).
     pub verdict: Option<String>,
 }
@@ -120,6 +134,7 @@ impl StepReport {
     pub fn merge(&mut self, other: Self) {
         self.admitted_dt = self.admitted_dt.min(other.admitted_dt);
         self.substeps = self.substeps.max(other.substeps);
+        self.is_open |= other.is_open;
         self.shown = self.shown.take().or(other.shown);
         self.verdict = self.verdict.take().or(other.verdict);
     }

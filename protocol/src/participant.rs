@@ -22,37 +22,11 @@ pub trait Participant {
     /// Whatever keeps the run from starting.
     fn start(&mut self, start: &Start, transport: &mut dyn Transport) -> Result<Ready, Failure>;
 
-    /// Coupler: predicts the interface motion and sends it to the fluid.
+    /// Does one part of a coupling step; see [`Part`] for what each means and whose it is.
     ///
     /// # Errors
-    /// Whatever ends the run.
-    fn predict(&mut self, _at: StepTime) -> Result<StepReport, Failure> {
-        Err(not_my_role("predict"))
-    }
-
-    /// Fluid, solid: advances one coupling step.
-    ///
-    /// # Errors
-    /// Whatever ends the run.
-    fn advance(&mut self, _at: StepTime) -> Result<StepReport, Failure> {
-        Err(not_my_role("advance"))
-    }
-
-    /// Coupler: takes the fluid's load, maps it and sends it to the solid.
-    ///
-    /// # Errors
-    /// Whatever ends the run.
-    fn transfer(&mut self, _at: StepTime) -> Result<StepReport, Failure> {
-        Err(not_my_role("transfer"))
-    }
-
-    /// Coupler: takes the solid's motion and books the step.
-    ///
-    /// # Errors
-    /// Whatever ends the run.
-    fn book(&mut self, _at: StepTime) -> Result<StepReport, Failure> {
-        Err(not_my_role("book"))
-    }
+    /// Whatever ends the run; [`not_my_part`] for a part of another role.
+    fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure>;
 
     /// Writes fields and flushes the series; called once more at the end with the last step.
     ///
@@ -64,8 +38,14 @@ pub trait Participant {
     fn account(&self) -> Account;
 }
 
-fn not_my_role(order: &str) -> Failure {
-    Failure::new(FailureClass::Bug, "participant", order, "got an order that is not for its role")
+/// The failure of a participant that got a part it does not play.
+pub fn not_my_part(part: Part) -> Failure {
+    Failure::new(
+        FailureClass::Bug,
+        "participant",
+        "step",
+        format!("{part:?} is not a part of this participant"),
+    )
 }
 
 /// Where and how a participant runs.
@@ -102,6 +82,10 @@ pub(crate) struct Stillborn(pub(crate) Failure);
 
 impl Participant for Stillborn {
     fn start(&mut self, _: &Start, _: &mut dyn Transport) -> Result<Ready, Failure> {
+        Err(self.0.clone())
+    }
+
+    fn part(&mut self, _: Part, _: StepTime) -> Result<StepReport, Failure> {
         Err(self.0.clone())
     }
 
@@ -164,12 +148,7 @@ fn obey(
         Order::Step { at, parts } => {
             let mut done = StepReport::unlimited();
             for part in parts {
-                done.merge(match part {
-                    Part::Predict => participant.predict(*at)?,
-                    Part::Advance => participant.advance(*at)?,
-                    Part::Transfer => participant.transfer(*at)?,
-                    Part::Book => participant.book(*at)?,
-                });
+                done.merge(participant.part(*part, *at)?);
             }
             Reply::Done(done)
         }

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use protocol::case::{CaseFile, Shared};
-use protocol::control::{Account, Ready, Start, StepReport, StepTime};
+use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::header::{Header, Kind};
 use protocol::interface::{ActingLoad, Contract};
 use protocol::link::{Expect, Link, LinkError, Transport, agree};
-use protocol::participant::{Context, Participant, Program};
+use protocol::participant::{Context, Participant, Program, not_my_part};
 
 use crate::case::{Settings, check};
 use crate::load::Load;
@@ -104,22 +104,19 @@ impl Participant for FemSolid {
         Ok(Ready { counts, admitted_dt })
     }
 
-    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        let is_static = self.settings.is_static;
-        let Running { solid, recorder, coupler } = self.running()?;
-        let lost = |error: LinkError| error.into_failure(NAME, at.step, at.time, "exchange");
-        let load = match coupler {
-            Some(coupler) => coupler.receive_load(at).map_err(lost)?,
-            None => Load::None,
-        };
-        let done = if is_static { solid.advance_static(at.dt, load) } else { solid.advance(at.dt, load) };
-        let done = done.map_err(|error| error.into_failure("advance").at(at.step, at.time))?;
-        if let Some(coupler) = coupler {
-            coupler.send_motion(at, solid).map_err(lost)?;
+    fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {
+        let running = self.running()?;
+        match part {
+            Part::Advance => return self.advance(at),
+            Part::Save => running.solid.save(),
+            Part::Restore => running.solid.restore(),
+            Part::Record => {
+                running.recorder.record(at.time, &mut running.solid)?;
+                return Ok(StepReport { shown: running.recorder.shown(), ..StepReport::unlimited() });
+            }
+            other => return Err(not_my_part(other)),
         }
-        recorder.record(at.time, solid)?;
-        let (admitted_dt, shown) = (solid.admitted_dt(), recorder.shown());
-        Ok(StepReport { admitted_dt, substeps: done.substeps, shown, verdict: None })
+        Ok(StepReport::unlimited())
     }
 
     fn output(&mut self, frame: u32, at: StepTime) -> Result<(), Failure> {
@@ -142,6 +139,26 @@ impl Participant for FemSolid {
         ];
         let health = health.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         Account { phases: solid.phases(), health, ..Account::default() }
+    }
+}
+
+impl FemSolid {
+    /// Takes the load, advances, gives the motion back.
+    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
+        let is_static = self.settings.is_static;
+        let Running { solid, coupler, .. } = self.running()?;
+        let lost = |error: LinkError| error.into_failure(NAME, at.step, at.time, "exchange");
+        let load = match coupler {
+            Some(coupler) => coupler.receive_load(at).map_err(lost)?,
+            None => Load::None,
+        };
+        let done = if is_static { solid.advance_static(at.dt, load) } else { solid.advance(at.dt, load) };
+        let done = done.map_err(|error| error.into_failure("advance").at(at.step, at.time))?;
+        if let Some(coupler) = coupler {
+            coupler.send_motion(at, solid).map_err(lost)?;
+        }
+        let admitted_dt = solid.admitted_dt();
+        Ok(StepReport { admitted_dt, substeps: done.substeps, ..StepReport::default() })
     }
 }
 

@@ -9,12 +9,12 @@
 use std::collections::BTreeMap;
 
 use protocol::case::{CaseFile, CheckReport, GaugeKind, LeftOut, PlanFigure, Shared};
-use protocol::control::{Account, Ready, Start, StepReport, StepTime};
+use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::header::{Header, Kind};
 use protocol::interface::{Contract, Surface};
 use protocol::link::{Expect, Link, LinkError, Transport, agree};
-use protocol::participant::{Context, Participant, Program};
+use protocol::participant::{Context, Participant, Program, not_my_part};
 use protocol::series::Series;
 
 use crate::box_grid::BoxGrid;
@@ -211,13 +211,20 @@ impl Participant for RigidSolid {
         Ok(Ready { counts, admitted_dt: f64::INFINITY })
     }
 
-    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
+    fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {
         let lost = |error: LinkError| error.into_failure(NAME, at.step, at.time, "exchange");
-        self.receive_load(at).map_err(lost)?;
-        self.sum_load(at.time);
-        self.send_motion(at).map_err(lost)?;
-        self.record(at.time)?;
-        Ok(StepReport { admitted_dt: f64::INFINITY, substeps: 1, shown: None, verdict: None })
+        match part {
+            Part::Advance => {
+                self.receive_load(at).map_err(lost)?;
+                self.sum_load(at.time);
+                self.send_motion(at).map_err(lost)?;
+            }
+            Part::Record => self.record(at.time)?,
+            // The motion depends on the time alone: there is no state to keep.
+            Part::Save | Part::Restore => (),
+            other => return Err(not_my_part(other)),
+        }
+        Ok(StepReport::unlimited())
     }
 
     fn output(&mut self, _frame: u32, _at: StepTime) -> Result<(), Failure> {

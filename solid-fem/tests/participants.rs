@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use protocol::case::CaseFile;
-use protocol::control::{Part, Order, Reply, Start, StepTime, decode, encode};
+use protocol::control::{Order, Part, Reply, Start, StepTime, decode, encode};
 use protocol::header::{Header, Kind};
 use protocol::inprocess::Hub;
 use protocol::interface::{Contract, Surface};
@@ -101,7 +101,7 @@ fn coupled(program: Program, text: &str, node_count: usize, folder: &Path) -> (S
     let mut motions = vec![first];
     for step in 1..=20 {
         let at = StepTime { step, time: 1e-3 * step as f64, dt: 1e-3 };
-        launcher.order(&Order::Step { at, parts: vec![Part::Advance] });
+        launcher.order(&Order::Step { at, parts: vec![Part::Advance, Part::Record] });
         push(&mut *link, at, &surface);
         motions.push(receive_motion(&mut *link, step, &surface));
         assert!(matches!(launcher.answer(), Reply::Done(_)));
@@ -179,7 +179,7 @@ fn a_solid_alone_needs_no_coupler() {
     assert!(matches!(launcher.answer(), Reply::Ready(_)));
     for step in 1..=10 {
         let at = StepTime { step, time: 1e-3 * step as f64, dt: 1e-3 };
-        launcher.order(&Order::Step { at, parts: vec![Part::Advance] });
+        launcher.order(&Order::Step { at, parts: vec![Part::Advance, Part::Record] });
         assert!(matches!(launcher.answer(), Reply::Done(done) if done.substeps == 1));
     }
     launcher.order(&Order::Stop);

@@ -22,7 +22,7 @@ impl Task {
     fn of(order: &Order) -> Self {
         let (phase, at) = match order {
             Order::Start(_) => ("start", None),
-            Order::Step { at, parts } if matches!(parts[..], [Part::Advance]) => ("advance", Some(at)),
+            Order::Step { at, parts } if parts.contains(&Part::Advance) => ("advance", Some(at)),
             Order::Step { at, .. } => ("step", Some(at)),
             Order::Output { at, .. } => ("output", Some(at)),
             Order::Stop => ("stop", None),

@@ -28,7 +28,7 @@ impl Participant for Actor {
         Ok(Ready { admitted_dt: 0.5, ..Ready::default() })
     }
 
-    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
+    fn part(&mut self, _: Part, at: StepTime) -> Result<StepReport, Failure> {
         let own = Pid::from_raw(std::process::id().cast_signed()).unwrap();
         let failure = |class, what| Failure::new(class, "itself", "advance", what).at(at.step, at.time);
         match self.conduct.as_str() {

@@ -21,6 +21,7 @@ mod file;
 mod gauge;
 mod key;
 mod reference;
+mod scheme;
 mod section;
 mod shared;
 mod tree;
@@ -31,6 +32,7 @@ pub use file::CaseFile;
 pub use gauge::{Gauge, GaugeKind};
 pub use key::{KeyDoc, Number, Words};
 pub use reference::{Norm, Reference, Target};
+pub use scheme::Scheme;
 pub use section::Section;
 pub use shared::{
     BoxFace, BoxRegion, Domain, FluidOutline, Gravity, Header, Output, SECTIONS, Shared, SolidOutline,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::file::CaseFile;
 use super::gauge::Gauge;
 use super::reference::Reference;
+use super::scheme::Scheme;
 use super::section::Section;
 
 /// A face of an axis-aligned box; `y` points up, `z` along the depth.
@@ -223,6 +224,8 @@ pub struct Shared {
     pub solid: Option<SolidOutline>,
     /// The outline of `[fluid]`, where there is one.
     pub fluid: Option<FluidOutline>,
+    /// `[coupling] scheme`; in a scene without coupling the default, which nobody asks for.
+    pub scheme: Scheme,
 }
 
 /// Every section a case may have.
@@ -243,7 +246,9 @@ impl Shared {
         let references = Reference::read_all(case, &gauges);
         let solid = case.section("solid").and_then(|section| read_outline(&section, dimension, &domain));
         let fluid = case.section("fluid").map(|section| read_fluid_outline(&section, dimension));
-        Self { header, domain, gravity, time, output, gauges, references, solid, fluid }
+        let is_coupled = solid.is_some() && fluid.is_some();
+        let scheme = if is_coupled { Scheme::read(case) } else { Scheme::default() };
+        Self { header, domain, gravity, time, output, gauges, references, solid, fluid, scheme }
     }
 }
 

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use protocol::PROTOCOL_VERSION;
 use protocol::case::CaseFile;
-use protocol::control::{Account, Ready, Start, StepReport, StepTime};
+use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
 use protocol::failure::Failure;
 use protocol::header::Header;
 use protocol::link::{Expect, Link, LinkError, Transport};
@@ -52,8 +52,8 @@ impl Participant for Misfit {
         }
     }
 
-    fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        self.0.advance(at)
+    fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {
+        self.0.part(part, at)
     }
 
     fn output(&mut self, frame: u32, at: StepTime) -> Result<(), Failure> {
