@@ -4,14 +4,17 @@
 //! for the missing neighbours, which are air at P = 0: no free-surface flag, no Dirichlet set. Walls are not in the
 //! matrix (Neumann by omission). Strictly dominant, so symmetric positive definite always.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use crate::cells::{Grid, STENCIL_MAX};
-use crate::kernel::{Kernel, shape};
+use crate::cells::{Grid, Place};
+use crate::kernel::Kernel;
+use crate::lanes::{LANES, Lanes, Task, dispatch};
 use crate::parallel::CHUNK;
 use crate::particles::Water;
 use crate::pressure::matrix::{PressureMatrix, RowChunk};
-use crate::vector::{Vector, dot, sub};
+use crate::vector::{Vector, dot};
 use crate::walls::{WallSet, Walls};
 
 /// Part of A_full added to every diagonal, so that a closed full tank has one solution.
@@ -53,15 +56,28 @@ pub struct Surroundings<'a, const D: usize> {
     pub robin: Option<RobinTerms<'a, D>>,
 }
 
-/// Results of one row beside the row itself.
-#[derive(Debug, Default, Clone, Copy)]
+/// What the walls contribute to one row.
+#[derive(Debug, Clone, Copy)]
 struct WallSums<const D: usize> {
     density: f64,
     coupling: f64,
-    first: Option<Vector<D>>,
+    first: Vector<D>,
     flux: f64,
     robin_diagonal: f64,
     robin_source: f64,
+}
+
+impl<const D: usize> Default for WallSums<D> {
+    fn default() -> Self {
+        Self {
+            density: 0.0,
+            coupling: 0.0,
+            first: [0.0; D],
+            flux: 0.0,
+            robin_diagonal: 0.0,
+            robin_source: 0.0,
+        }
+    }
 }
 
 /// Fills matrix, number density and wall moments for all water particles.
@@ -79,7 +95,6 @@ pub fn assemble_pressure_matrix<const D: usize>(
     moments.flux.resize(count, 0.0);
     moments.robin.resize(if around.robin.is_some() { count } else { 0 }, 0.0);
     let mut density = std::mem::take(&mut water.number_density);
-    let arch = pulp::Arch::new();
     let reader = &*water;
     let rows = (matrix.chunks.par_iter_mut(), matrix.inverse_diagonal.par_chunks_mut(CHUNK));
     let sums = (moments.first.par_chunks_mut(CHUNK), moments.flux.par_chunks_mut(CHUNK));
@@ -88,12 +103,12 @@ pub fn assemble_pressure_matrix<const D: usize>(
         let robin = moments.robin.par_chunks_mut(CHUNK);
         columns.zip(robin).for_each(|((number, ((rows, inverse), (first, flux), density)), robin)| {
             let out = Columns { first, flux, density, inverse, robin: Some(robin) };
-            arch.dispatch(ChunkTask { around, water: reader, first_row: number * CHUNK, rows, out });
+            dispatch(ChunkTask { around, water: reader, first_row: number * CHUNK, rows, out });
         });
     } else {
         columns.for_each(|(number, ((rows, inverse), (first, flux), density))| {
             let out = Columns { first, flux, density, inverse, robin: None };
-            arch.dispatch(ChunkTask { around, water: reader, first_row: number * CHUNK, rows, out });
+            dispatch(ChunkTask { around, water: reader, first_row: number * CHUNK, rows, out });
         });
     }
     water.number_density = density;
@@ -117,46 +132,65 @@ struct ChunkTask<'a, const D: usize> {
     out: Columns<'a, D>,
 }
 
-impl<const D: usize> pulp::NullaryFnOnce for ChunkTask<'_, D> {
-    type Output = ();
-
+impl<const D: usize> Task for ChunkTask<'_, D> {
     #[inline(always)]
-    fn call(mut self) {
-        assemble_chunk(self.around, self.water, self.first_row, self.rows, &mut self.out);
+    fn run<L: Lanes>(mut self, lanes: L) {
+        assemble_chunk(lanes, self.around, self.water, (self.first_row, self.rows), &mut self.out);
     }
 }
 
 #[inline(always)]
-fn assemble_chunk<const D: usize>(
+fn assemble_chunk<L: Lanes, const D: usize>(
+    lanes: L,
     around: Surroundings<'_, D>,
     water: &Water<D>,
-    first_row: usize,
-    rows: &mut RowChunk,
+    (first_row, rows): (usize, &mut RowChunk),
     out: &mut Columns<'_, D>,
 ) {
     rows.clear();
-    rows.first_aggregate = water.aggregate[first_row] as usize;
-    let last_aggregate = water.aggregate[first_row + out.flux.len() - 1] as usize;
+    let aggregates = &water.aggregate[first_row..first_row + out.flux.len()];
+    rows.first_aggregate = aggregates[0] as usize;
     let stencil = 3usize.pow(D as u32);
-    rows.stencil.resize((last_aggregate + 1 - rows.first_aggregate) * stencil, 0.0);
-    for k in 0..out.flux.len() {
-        let aggregate = water.aggregate[first_row + k] as usize;
-        let at = (water.occupied[aggregate] as usize, &water.position[first_row + k]);
-        let own = add_water_row(around, water, at, first_row + k, rows);
-        let walls = add_wall_row(around, at, rows);
+    let count = aggregates[aggregates.len() - 1] as usize + 1 - rows.first_aggregate;
+    rows.stencil.resize(count * stencil, 0.0);
+    let (kernel, walls) = (around.kernel, around.walls);
+    let reach = (kernel.support_radius * kernel.support_radius, kernel.inverse_square());
+    let mut sets = [None; 2];
+    let mut gathered = None;
+    for (k, &aggregate) in aggregates.iter().enumerate() {
+        if gathered != Some(aggregate) {
+            gathered = Some(aggregate);
+            let cell = water.occupied[aggregate as usize] as usize;
+            rows.near.gather((around.grid, &water.cells), cell, reach);
+            sets = walls.sets_near(around.grid, cell);
+            for (near, set) in rows.near_walls.iter_mut().zip(sets) {
+                if let Some(set) = set {
+                    near.gather((around.grid, set.cells), cell, reach);
+                }
+            }
+        }
+        let share = (aggregate as usize - rows.first_aggregate) * stencil;
+        let share = share..share + stencil;
+        let own = add_water_row(lanes, (kernel, water), first_row + k, rows, share.clone());
+        let place = water.cells.place(first_row + k);
+        let mut wall = WallSums::default();
+        for (number, set) in sets.into_iter().enumerate() {
+            if let Some(set) = set {
+                add_wall_set(lanes, around, (number, set), &place, rows, &mut wall);
+            }
+        }
         rows.wall_end.push(rows.wall_value.len() as u32);
-        let full = around.kernel.full_diagonal;
-        let missing = (full - own.coupling - walls.coupling).max(0.0);
-        let diagonal = own.coupling + missing + REGULARISATION * full + walls.robin_diagonal;
-        rows.value[own.own] = diagonal as f32;
-        rows.stencil[(aggregate - rows.first_aggregate) * stencil + stencil / 2] +=
-            f64::from(diagonal as f32);
-        out.inverse[k] = 1.0 / diagonal as f32;
-        out.density[k] = (own.density + walls.density) as f32;
-        out.first[k] = walls.first.unwrap_or([0.0; D]);
-        out.flux[k] = walls.flux;
+        let missing = (kernel.full_diagonal - own.coupling - wall.coupling).max(0.0);
+        let extra = REGULARISATION * kernel.full_diagonal + wall.robin_diagonal;
+        let diagonal = (own.coupling + missing + extra) as f32;
+        rows.value[own.own] = diagonal;
+        rows.stencil[share.start + stencil / 2] += f64::from(diagonal);
+        out.inverse[k] = 1.0 / diagonal;
+        out.density[k] = (own.density + wall.density) as f32;
+        out.first[k] = wall.first;
+        out.flux[k] = wall.flux;
         if let Some(robin) = &mut out.robin {
-            robin[k] = walls.robin_source as f32;
+            robin[k] = wall.robin_source as f32;
         }
     }
 }
@@ -171,114 +205,96 @@ struct RowSums {
     own: usize,
 }
 
-/// Finds the water neighbours, writes their row with a zero at the particle's own place, and adds the row to the matrix
-/// of the cells.
+/// Finds the water neighbours, writes their row with a zero at the particle's own place, and adds the row to `share` of
+/// the matrix of the cells.
 #[inline(always)]
-fn add_water_row<const D: usize>(
-    around: Surroundings<'_, D>,
-    water: &Water<D>,
-    at: (usize, &Vector<D>),
+fn add_water_row<L: Lanes, const D: usize>(
+    lanes: L,
+    (kernel, water): (&Kernel<D>, &Water<D>),
     particle: usize,
     rows: &mut RowChunk,
+    share: Range<usize>,
 ) -> RowSums {
-    let kernel = around.kernel;
-    let support2 = kernel.support_radius * kernel.support_radius;
-    rows.near.find(around.grid, &water.cells, at, (support2, kernel.inverse_square()));
+    rows.near.find(lanes, &water.cells.place(particle));
     let count = rows.near.len();
     let begin = rows.value.len();
+    let density = rows.near.weigh(-kernel.coupling_factor());
+    // The particle itself is in the middle cell of its stencil, behind the neighbours with smaller numbers.
+    let middle = 3usize.pow(D as u32) / 2;
+    let (first, last) = (rows.near.end_of(middle - 1), rows.near.end_of(middle));
+    let before = rows.near.index[first..last].iter().map(|&j| usize::from((j as usize) < particle));
+    let own = first + before.sum::<usize>();
+    rows.near.slope[own] = 0.0;
     rows.column.extend_from_slice(&rows.near.index[..count]);
-    rows.value.resize(begin + count, 0.0);
-    let factor = -kernel.coupling_factor();
-    let values = &mut rows.value[begin..];
-    for (value, q2) in values.iter_mut().zip(&mut rows.near.q2[..count]) {
-        let (w, f) = shape(q2.sqrt());
-        *value = factor * f;
-        *q2 = w;
-    }
-    let density = sum_in_lanes(&rows.near.q2[..count]);
-    // The particle itself is in the middle cell of its stencil.
-    let stencil = 3usize.pow(D as u32);
-    let middle = rows.near.segment_end[stencil / 2 - 1] as usize..rows.near.segment_end[stencil / 2] as usize;
-    let own = rows.near.index[middle.clone()].iter().position(|&j| j as usize == particle);
-    let own = middle.start + own.expect("a particle is its own neighbour");
-    values[own] = 0.0;
+    rows.value.extend_from_slice(&rows.near.slope[..count]);
     rows.end.push((begin + count) as u32);
-    // Running sums: the share of each cell is a difference, without a loop over each.
-    rows.running.clear();
-    let mut sum = 0.0;
-    rows.running.push(sum);
-    for &value in &rows.value[begin..] {
-        sum += f64::from(value);
-        rows.running.push(sum);
-    }
-    let share = (water.aggregate[particle] as usize - rows.first_aggregate) * stencil;
+    // The share of each cell is a difference of running sums, without a loop over each.
+    let sum = run_up(&rows.near.slope[..count.next_multiple_of(LANES)], &mut rows.running);
     let mut before = 0.0;
-    let segments = &rows.near.segment_end[..stencil.min(STENCIL_MAX)];
-    for (target, &end) in rows.stencil[share..share + stencil].iter_mut().zip(segments) {
-        let up_to = rows.running[end as usize];
+    for (cell, target) in rows.stencil[share].iter_mut().enumerate() {
+        let up_to = rows.running[rows.near.end_of(cell)];
         *target += up_to - before;
         before = up_to;
     }
     RowSums { density: f64::from(density) * kernel.value_factor(), coupling: -sum, own: begin + own }
 }
 
-/// Sum with eight running sums.
+/// running\[k\] = sum of the first k values; whole vectors, each summed on its own first, so that the additions of
+/// several overlap. Returns the sum.
 #[inline(always)]
-fn sum_in_lanes(values: &[f32]) -> f32 {
-    let mut lanes = [0.0f32; 8];
-    let chunks = values.chunks_exact(8);
-    let tail: f32 = chunks.remainder().iter().sum();
-    for chunk in chunks {
-        for k in 0..8 {
-            lanes[k] += chunk[k];
+fn run_up(values: &[f32], running: &mut Vec<f64>) -> f64 {
+    if running.len() <= values.len() {
+        running.resize(2 * values.len() + 1, 0.0);
+    }
+    running[0] = 0.0;
+    let mut base = 0.0;
+    for (values, running) in values.chunks_exact(LANES).zip(running[1..].chunks_exact_mut(LANES)) {
+        let mut sum = 0.0;
+        for k in 0..LANES {
+            sum += f64::from(values[k]);
+            running[k] = base + sum;
         }
+        base += sum;
     }
-    lanes.iter().sum::<f32>() + tail
+    base
 }
 
+/// Finds the particles of one set of walls, writes their row and adds up what they contribute.
 #[inline(always)]
-fn add_wall_row<const D: usize>(
+fn add_wall_set<L: Lanes, const D: usize>(
+    lanes: L,
     around: Surroundings<'_, D>,
-    at: (usize, &Vector<D>),
-    rows: &mut RowChunk,
-) -> WallSums<D> {
-    let mut sums = WallSums::default();
-    for set in around.walls.sets_near(around.grid, at.0).into_iter().flatten() {
-        add_wall_set(around, set, at, rows, &mut sums);
-    }
-    sums
-}
-
-#[inline(always)]
-fn add_wall_set<const D: usize>(
-    around: Surroundings<'_, D>,
-    set: WallSet<'_, D>,
-    at: (usize, &Vector<D>),
+    (number, set): (usize, WallSet<'_, D>),
+    place: &Place<D>,
     rows: &mut RowChunk,
     sums: &mut WallSums<D>,
 ) {
     let (kernel, walls) = (around.kernel, around.walls);
-    let support2 = kernel.support_radius * kernel.support_radius;
-    rows.near.find(around.grid, set.cells, at, (support2, kernel.inverse_square()));
+    let near = &mut rows.near_walls[number];
+    near.find(lanes, place);
+    if near.is_empty() {
+        return;
+    }
+    near.weigh(kernel.coupling_factor());
     let body = walls.body();
-    for k in 0..rows.near.len() {
-        let wall = set.column(rows.near.index[k]) as usize;
+    for k in 0..near.len() {
+        let wall = set.column(near.index[k]) as usize;
         let weight = walls.weight[wall];
         if weight == 0.0 {
             continue;
         }
-        let (w, f) = shape(rows.near.q2[k].sqrt());
-        let coupling = kernel.coupling_factor() * f * weight;
+        let coupling = near.slope[k] * weight;
         rows.wall_column.push(wall as u32);
         rows.wall_value.push(coupling);
-        let d = sub(at.1, &walls.position[wall]);
+        let at = set.cells.place(near.index[k] as usize);
+        let d: Vector<D> =
+            std::array::from_fn(|k| f64::from(place[k].wrapping_sub(at[k])) * around.grid.part());
         let half = 0.5 * f64::from(coupling);
-        sums.density += f64::from(w * weight) * kernel.value_factor();
+        sums.density += f64::from(near.q2[k] * weight) * kernel.value_factor();
         sums.coupling += f64::from(coupling);
         let facing = &walls.facing[wall];
-        let first = sums.first.get_or_insert([0.0; D]);
         for k in 0..D {
-            first[k] += half * facing[k] * d[k];
+            sums.first[k] += half * facing[k] * d[k];
         }
         if wall >= body.start {
             sums.flux += half * dot(&walls.velocity[wall], &d);

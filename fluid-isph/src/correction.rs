@@ -6,6 +6,7 @@ use crate::kernel::shape;
 use crate::parallel::{CHUNK, MEDIUM};
 use crate::particles::Water;
 use crate::pressure::matrix::{PressureMatrix, RowChunk};
+use crate::rows::{for_each_row, sum_row};
 use crate::scene::WallPressure;
 use crate::vector::{Vector, add_scaled, dot, norm, normalised, sub};
 use crate::wall_pressure::pressure_seen;
@@ -59,11 +60,12 @@ pub struct Guard<const D: usize> {
 
 /// v = v* + (dt/rho0) V [sum_water F (p_i + p_j) r + sum_wall F (p_i + p_w) r], then the guard.
 ///
-/// Source: (4) of the paper, with a gradient that is antisymmetric in each pair: momentum is conserved to round-off.
+/// `part` is the unit of the water's places, m. Source: (4) of the paper, with a gradient that is antisymmetric in each
+/// pair: momentum is conserved to round-off.
 pub fn correct_velocity<const D: usize>(
     term: CorrectionTerm<D>,
     walls: &Walls<D>,
-    matrix: &PressureMatrix,
+    (matrix, part): (&PressureMatrix, f64),
     water: &mut Water<D>,
     guard: &mut Guard<D>,
 ) {
@@ -74,33 +76,53 @@ pub fn correct_velocity<const D: usize>(
     let chunks = velocity.par_chunks_mut(CHUNK).zip(&matrix.chunks).zip(&mut guard.hits).enumerate();
     chunks.with_min_len(MEDIUM).for_each(|(number, ((velocity, rows), hits))| {
         hits.clear();
-        for (k, v) in velocity.iter_mut().enumerate() {
-            let i = number * CHUNK + k;
-            let (x, p) = (&reader.position[i], reader.pressure[i]);
-            let mut sum = [0.0; D];
-            let (columns, values) = rows.row(k);
-            for (&j, &value) in columns.iter().zip(values) {
-                let pair = -f64::from(value) * f64::from(p + reader.pressure[j as usize]);
-                add_scaled(&mut sum, pair, &sub(x, &reader.position[j as usize]));
-            }
-            let (columns, values) = rows.wall_row(k);
-            for (&wall, &value) in columns.iter().zip(values) {
-                let d = sub(x, &walls.position[wall as usize]);
-                let known = (term.reference_density, &term.gravity);
-                let at_wall =
-                    pressure_seen(walls, term.wall_pressure, (wall as usize, &d), f64::from(p), known);
-                add_scaled(&mut sum, f64::from(value) * (f64::from(p) + at_wall), &d);
-            }
-            add_scaled(v, factor, &sum);
-            if !columns.is_empty() {
-                hits.extend(
-                    stop_at_wall(term.spacing, (walls, columns), x, v)
-                        .map(|hit| GuardHit { particle: i as u32, ..hit }),
-                );
-            }
-        }
+        for_each_row(
+            velocity,
+            #[inline(always)]
+            |k, v| {
+                let i = number * CHUNK + k;
+                add_scaled(v, factor * part, &pair_force(reader, i, rows.row(k)));
+                let (columns, values) = rows.wall_row(k);
+                if !columns.is_empty() {
+                    let x = &reader.position[i];
+                    let force = wall_force(term, walls, (x, reader.pressure[i]), (columns, values));
+                    add_scaled(v, factor, &force);
+                    let hit = stop_at_wall(term.spacing, (walls, columns), x, v);
+                    hits.extend(hit.map(|hit| GuardHit { particle: i as u32, ..hit }));
+                }
+            },
+        );
     });
     water.velocity = velocity;
+}
+
+/// sum_j a_ij (p_i + p_j) r over the water, r in parts of an edge.
+#[inline(always)]
+fn pair_force<const D: usize>(water: &Water<D>, i: usize, row: (&[u32], &[f32])) -> Vector<D> {
+    let (own, p) = (water.place[i], water.pressure[i]);
+    let sum: [f64; 4] = sum_row(row, |j, value| {
+        let (place, pair) = (water.place[j], -f64::from(value) * f64::from(p + water.pressure[j]));
+        std::array::from_fn(|k| pair * f64::from(own[k].wrapping_sub(place[k])))
+    });
+    std::array::from_fn(|k| sum[k])
+}
+
+/// sum_w a_iw (p_i + p_w) (x - x_w) over the walls.
+#[inline(always)]
+fn wall_force<const D: usize>(
+    term: CorrectionTerm<D>,
+    walls: &Walls<D>,
+    (x, p): (&Vector<D>, f32),
+    (columns, values): (&[u32], &[f32]),
+) -> Vector<D> {
+    let mut sum = [0.0; D];
+    for (&wall, &value) in columns.iter().zip(values) {
+        let d = sub(x, &walls.position[wall as usize]);
+        let known = (term.reference_density, &term.gravity);
+        let at_wall = pressure_seen(walls, term.wall_pressure, (wall as usize, &d), f64::from(p), known);
+        add_scaled(&mut sum, f64::from(value) * (f64::from(p) + at_wall), &d);
+    }
+    sum
 }
 
 /// s = sum over wall particles of W(r; 0.6 spacings)/W(0), normal from the same sum. Above 0.11 the part of the
@@ -113,11 +135,13 @@ fn stop_at_wall<const D: usize>(
     v: &mut Vector<D>,
 ) -> Option<GuardHit<D>> {
     let (mut weights, mut outward, mut wall_velocity) = (0.0, [0.0; D], [0.0; D]);
+    let reach = 2.0 * GUARD_LENGTH * spacing;
     for &wall in columns {
         let wall = wall as usize;
         let d = sub(x, &walls.position[wall]);
-        let w = guard_weight(norm(&d) / spacing) * f64::from(walls.weight[wall]);
-        if w > 0.0 {
+        // Most particles of the row are out of the guard's reach.
+        if dot(&d, &d) < reach * reach {
+            let w = guard_weight(norm(&d) / spacing) * f64::from(walls.weight[wall]);
             weights += w;
             add_scaled(&mut outward, w, &d);
             add_scaled(&mut wall_velocity, w, &walls.velocity[wall]);

@@ -60,7 +60,7 @@ pub struct Fluid<const D: usize> {
     pub(crate) has_free_surface: bool,
     /// Velocity at the start of the sub-step, for a repeat with a shorter one.
     pub(crate) start_velocity: Vec<Vector<D>>,
-    pub(crate) partial: Vec<[f64; 2]>,
+    pub(crate) partial: Vec<[f64; 3]>,
     pub(crate) step_number: u64,
     pub(crate) time: f64,
     pub(crate) speed: f64,
@@ -178,7 +178,7 @@ impl<const D: usize> Fluid<D> {
             largest if largest > 0.0 => RUNAWAY * largest,
             _ => f64::INFINITY,
         };
-        self.partial.resize(chunk_count(self.water.len()), [0.0; 2]);
+        self.partial.resize(chunk_count(self.water.len()), [0.0; 3]);
         (self.energy.kinetic, self.energy.potential) = self.measure_energy();
         self.energy.start = self.energy.kinetic + self.energy.potential;
         let mass = self.particle_mass() * self.water.len() as f64;
@@ -389,7 +389,7 @@ fn carve<const D: usize>(
     let mut is_free = |x: &Vector<D>| {
         let Some(cell) = grid.inner_cell(x) else { return true };
         let Some(set) = walls.sets_near(grid, cell)[1] else { return true };
-        near.find(grid, set.cells, (cell, x), ((0.7 * spacing).powi(2), 1.0));
+        near.find_around((grid, set.cells), (cell, x), ((0.7 * spacing).powi(2), 1.0));
         near.is_empty()
     };
     let free: Vec<bool> = position.iter().map(&mut is_free).collect();

@@ -83,7 +83,8 @@ impl<const D: usize> Fluid<D> {
     fn water_share(&self, x: &Vector<D>, near: &mut Neighbours) -> f64 {
         let Some(cell) = self.grid.inner_cell(x) else { return 0.0 };
         let support2 = self.kernel.support_radius * self.kernel.support_radius;
-        near.find(&self.grid, &self.water.cells, (cell, x), (support2, self.kernel.inverse_square()));
+        let reach = (support2, self.kernel.inverse_square());
+        near.find_around((&self.grid, &self.water.cells), (cell, x), reach);
         let sum: f64 = near.q2[..near.len()].iter().map(|q2| f64::from(shape(q2.sqrt()).0)).sum();
         sum * self.kernel.value_factor() / self.kernel.lattice_density
     }
@@ -142,7 +143,7 @@ impl<const D: usize> Fluid<D> {
         let (down, floor) = self.floor_along_gravity();
         let unit = self.scene.reference_density * crate::vector::norm(&self.scene.gravity.at(self.time));
         let square = |i: usize| {
-            let height = floor - crate::vector::dot(&self.water.cells.point(i), &down);
+            let height = floor - crate::vector::dot(&self.water.cells.point(&self.grid, i), &down);
             (f64::from(self.water.pressure[i]) - unit * (self.surface - height)).powi(2)
         };
         let count = self.water.len();

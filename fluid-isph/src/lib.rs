@@ -3,7 +3,7 @@
 //! One step is read in `step.rs`; what it works on is [`Fluid`]. A [`Scene`] is the case as resolved, `case.rs` reads
 //! it from the file, `participant.rs` makes it a process of a coupled run.
 //!
-//! - [`kernel`], [`cells`], [`lattice`]: kernel, neighbour search, initial particles.
+//! - [`kernel`], [`cells`], [`lanes`], [`lattice`]: kernel, neighbour search, its vectors, initial particles.
 //! - [`particles`], [`walls`], [`body`]: columns of water, wall and structure.
 //! - [`viscosity`], [`turbulence`], [`assembly`], [`source`], [`pressure`], [`wall_pressure`], [`correction`],
 //!   [`markers`]: one term of the method each.
@@ -22,6 +22,7 @@ pub mod fluid;
 pub mod gauges;
 pub mod health;
 pub mod kernel;
+pub mod lanes;
 pub mod lattice;
 pub mod markers;
 pub mod output;
@@ -31,6 +32,7 @@ pub mod particles;
 mod phases;
 mod plan;
 pub mod pressure;
+mod rows;
 pub mod scene;
 pub mod snapshot;
 pub mod source;

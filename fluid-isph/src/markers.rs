@@ -55,11 +55,12 @@ impl<const D: usize> PressureField<'_, D> {
     ) -> f64 {
         let Some(cell) = self.grid.inner_cell(x) else { return 0.0 };
         let support2 = self.kernel.support_radius * self.kernel.support_radius;
-        near.find(self.grid, &self.water.cells, (cell, x), (support2, self.kernel.inverse_square()));
+        let reach = (support2, self.kernel.inverse_square());
+        near.find_around((self.grid, &self.water.cells), (cell, x), reach);
         let (mut weights, mut sum) = (0.0, 0.0);
         for k in 0..near.len() {
             let j = near.index[k] as usize;
-            let d = sub(&self.water.cells.point(j), x);
+            let d = sub(&self.water.cells.point(self.grid, j), x);
             if dot(&d, normal) < -behind {
                 continue;
             }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::cells::{CellList, Grid};
-use crate::parallel::CHUNK;
+use crate::parallel::{CHUNK, LIGHT};
 use crate::vector::Vector;
 
 /// Columns of the water particles, `[n]` each.
@@ -19,6 +19,11 @@ pub struct Water<const D: usize> {
     pub number_density: Vec<f32>,
     /// Number the particle got at the start.
     pub id: Vec<u32>,
+    /// Place in the grid and a zero: four lanes, as the sums over pairs read it.
+    pub place: Vec<[i32; 4]>,
+    /// v, and v* after the intermediate velocity, as the sums over pairs read it, m/s; the last of the four lanes is 1
+    /// at the surface, once v* is known.
+    pub flow: Vec<[f32; 4]>,
     /// Sorted by cell; its order is the order of the columns.
     pub cells: CellList<D>,
     /// Number of the non-empty cell each particle is in.
@@ -78,6 +83,20 @@ impl<const D: usize> Water<D> {
         std::mem::swap(&mut self.number_density, &mut self.spare.number_density);
         std::mem::swap(&mut self.id, &mut self.spare.id);
         self.list_occupied(grid);
+        self.fill_lanes();
+    }
+
+    fn fill_lanes(&mut self) {
+        self.place.resize(self.len(), [0; 4]);
+        self.flow.resize(self.len(), [0.0; 4]);
+        let (cells, velocity) = (&self.cells, &self.velocity);
+        let lanes = self.place.par_chunks_mut(CHUNK).zip(self.flow.par_chunks_mut(CHUNK));
+        lanes.enumerate().with_min_len(LIGHT).for_each(|(number, (place, flow))| {
+            for k in 0..place.len() {
+                place[k][..D].copy_from_slice(&cells.place(number * CHUNK + k));
+                flow[k] = four_lanes(&velocity[number * CHUNK + k]);
+            }
+        });
     }
 
     fn list_occupied(&mut self, grid: &Grid<D>) {
@@ -115,6 +134,12 @@ impl<const D: usize> Water<D> {
         self.number_density.truncate(kept);
         self.id.truncate(kept);
     }
+}
+
+/// A vector in single precision, filled up with zeros.
+#[inline(always)]
+pub fn four_lanes<const D: usize>(v: &Vector<D>) -> [f32; 4] {
+    std::array::from_fn(|k| if k < D { v[k] as f32 } else { 0.0 })
 }
 
 fn permute<T: Copy + Send + Sync>(order: &[u32], from: &[T], to: &mut Vec<T>) {

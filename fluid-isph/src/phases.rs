@@ -9,7 +9,8 @@ use crate::error::StepFault;
 use crate::fluid::Fluid;
 use crate::markers::PressureField;
 use crate::parallel::{CHUNK, LIGHT, chunk_count};
-use crate::source::{SURFACE_DENSITY, SourceTerm, assemble_source};
+use crate::particles::four_lanes;
+use crate::source::{SURFACE_DENSITY, SourceTerm, assemble_source, surface_density};
 use crate::time_step::{LARGEST_MOVE, largest_speed};
 use crate::vector::{Vector, add_scaled, dot, sub};
 
@@ -48,15 +49,21 @@ impl<const D: usize> Fluid<D> {
 
     fn measure_density(&mut self) {
         let n0 = self.kernel.lattice_density as f32;
-        let (mut largest, mut volume, mut count) = (0.0f32, 0.0, 0u64);
-        for &n in self.water.number_density.iter().filter(|&&n| n >= SURFACE_DENSITY * n0) {
-            largest = largest.max((n / n0 - 1.0).abs());
-            volume += f64::from(n0 / n);
-            count += 1;
-        }
-        self.health.max_density_error = self.health.max_density_error.max(f64::from(largest));
-        if count > 0 {
-            self.health.volume_error = (volume - count as f64).abs() / self.water.len() as f64;
+        self.partial.resize(chunk_count(self.water.len()), [0.0; 3]);
+        let chunks = self.water.number_density.par_chunks(CHUNK).zip(&mut self.partial);
+        chunks.with_min_len(LIGHT).for_each(|(density, [largest, volume, count])| {
+            [*largest, *volume, *count] = [0.0; 3];
+            for &n in density.iter().filter(|&&n| n >= SURFACE_DENSITY * n0) {
+                *largest = largest.max(f64::from((n / n0 - 1.0).abs()));
+                *volume += f64::from(n0 / n);
+                *count += 1.0;
+            }
+        });
+        let add = |sum: [f64; 3], part: &[f64; 3]| [sum[0].max(part[0]), sum[1] + part[1], sum[2] + part[2]];
+        let [largest, volume, count] = self.partial.iter().fold([0.0; 3], add);
+        self.health.max_density_error = self.health.max_density_error.max(largest);
+        if count > 0.0 {
+            self.health.volume_error = (volume - count).abs() / self.water.len() as f64;
         }
     }
 
@@ -77,22 +84,27 @@ impl<const D: usize> Fluid<D> {
         if !self.water.is_empty() {
             self.multigrid.build(&self.grid, &self.water, &self.matrix);
         }
-        self.start_velocity.clear();
-        self.start_velocity.extend_from_slice(&self.water.velocity);
+        // The velocity is written anew from its start.
+        std::mem::swap(&mut self.start_velocity, &mut self.water.velocity);
+        self.water.velocity.resize(self.start_velocity.len(), [0.0; D]);
     }
 
     /// v* = v + dt (g + viscous acceleration): (3) of the paper.
     pub(crate) fn find_intermediate_velocity(&mut self, dt: f64) {
         let g = self.scene.gravity.at(self.time + dt);
         let viscous = self.viscosity.as_ref().map(|term| &term.acceleration);
-        let columns = self.water.velocity.par_chunks_mut(CHUNK).zip(self.start_velocity.par_chunks(CHUNK));
-        columns.enumerate().with_min_len(LIGHT).for_each(|(number, (velocity, start))| {
-            for (k, (v, start)) in velocity.iter_mut().zip(start).enumerate() {
-                *v = *start;
+        let (density, surface) = (&self.water.number_density, surface_density(self.kernel.lattice_density));
+        let columns = self.water.velocity.par_chunks_mut(CHUNK).zip(self.water.flow.par_chunks_mut(CHUNK));
+        let columns = columns.zip(self.start_velocity.par_chunks(CHUNK));
+        columns.enumerate().with_min_len(LIGHT).for_each(|(number, ((velocity, flow), start))| {
+            for (k, v) in velocity.iter_mut().enumerate() {
+                *v = start[k];
                 add_scaled(v, dt, &g);
                 if let Some(acceleration) = viscous {
                     add_scaled(v, dt, &acceleration[number * CHUNK + k]);
                 }
+                flow[k] = four_lanes(v);
+                flow[k][3] = if density[number * CHUNK + k] < surface { 1.0 } else { 0.0 };
             }
         });
     }
@@ -104,7 +116,8 @@ impl<const D: usize> Fluid<D> {
             density_factor: self.scene.source.alpha(dt) * rho / (dt * dt),
             lattice_density: self.kernel.lattice_density,
         };
-        assemble_source(term, &self.water, &self.matrix, &self.moments, &mut self.source);
+        let water = (&self.water, self.grid.part());
+        assemble_source(term, water, &self.matrix, &self.moments, &mut self.source);
         if !self.has_free_surface && !self.source.is_empty() {
             // A full tank has no level: the equation is solvable only for a source of mean zero.
             let mean = self.source.iter().map(|&b| f64::from(b)).sum::<f64>() / self.source.len() as f64;
@@ -119,8 +132,12 @@ impl<const D: usize> Fluid<D> {
         let system = (&self.water, &self.matrix, &mut self.multigrid);
         let solved = self.solver.solve(system, &self.source, &mut pressure, self.scene.pressure_tolerance);
         if self.has_free_surface {
-            self.clamped += pressure.iter().filter(|&&p| p < 0.0).count() as u64;
-            pressure.iter_mut().for_each(|p| *p = p.max(0.0));
+            let clamp = |pressure: &mut [f32]| {
+                let negative = pressure.iter().filter(|&&p| p < 0.0).count() as u64;
+                pressure.iter_mut().for_each(|p| *p = p.max(0.0));
+                negative
+            };
+            self.clamped += pressure.par_chunks_mut(CHUNK).with_min_len(LIGHT).map(clamp).sum::<u64>();
         } else {
             // High enough that the pressure at walls above, hydrostatically lower, is not limited at zero.
             let wall = self.scene.reference_density * self.largest_gravity() * self.kernel.support_radius;
@@ -165,7 +182,8 @@ impl<const D: usize> Fluid<D> {
 
     pub(crate) fn correct_velocity(&mut self, dt: f64) {
         let term = self.correction_term(dt);
-        correct_velocity(term, &self.walls, &self.matrix, &mut self.water, &mut self.guard);
+        let matrix = (&self.matrix, self.grid.part());
+        correct_velocity(term, &self.walls, matrix, &mut self.water, &mut self.guard);
     }
 
     /// The half of `dt` if water would move further than half a spacing, `None` if the step stands.
@@ -256,10 +274,10 @@ impl<const D: usize> Fluid<D> {
     pub(crate) fn measure_energy(&mut self) -> (f64, f64) {
         let g = self.scene.gravity.at(self.time);
         let mass = self.particle_mass();
-        self.partial.resize(chunk_count(self.water.len()), [0.0; 2]);
+        self.partial.resize(chunk_count(self.water.len()), [0.0; 3]);
         let columns = self.water.position.par_chunks(CHUNK).zip(self.water.velocity.par_chunks(CHUNK));
         columns.zip(&mut self.partial).with_min_len(LIGHT).for_each(|((position, velocity), partial)| {
-            *partial = [0.0; 2];
+            *partial = [0.0; 3];
             for (x, v) in position.iter().zip(velocity) {
                 partial[0] += 0.5 * mass * dot(v, v);
                 partial[1] -= mass * dot(&g, x);

@@ -1,6 +1,9 @@
 //! How long a sub-step may be.
 
-use crate::vector::norm;
+use rayon::prelude::*;
+
+use crate::parallel::{CHUNK, LIGHT};
+use crate::vector::dot;
 
 /// Longest step under gravity alone, over sqrt(spacing/|g|): water at rest must not fall a visible part of a spacing
 /// before the speed limit takes hold.
@@ -37,11 +40,18 @@ impl StepLimits {
     }
 }
 
-/// Largest speed in a column, m/s, and the particle that has it.
+/// Largest speed in a column, m/s, and the first particle that has it.
 pub fn largest_speed<const D: usize>(velocity: &[crate::vector::Vector<D>]) -> (f64, usize) {
-    let faster =
-        |best: (f64, usize), (particle, speed)| if speed > best.0 { (speed, particle) } else { best };
-    velocity.iter().map(norm).enumerate().fold((0.0, 0), faster)
+    let faster = |a: (f64, usize), b: (f64, usize)| {
+        if b.0 > a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a }
+    };
+    let in_chunk = |(number, chunk): (usize, &[crate::vector::Vector<D>])| {
+        let squares = chunk.iter().enumerate().map(|(k, v)| (dot(v, v), number * CHUNK + k));
+        squares.fold((0.0, 0), faster)
+    };
+    let chunks = velocity.par_chunks(CHUNK).enumerate().with_min_len(LIGHT);
+    let (square, particle) = chunks.map(in_chunk).reduce(|| (0.0, 0), faster);
+    (square.sqrt(), particle)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::parallel::{CHUNK, MEDIUM};
 use crate::particles::Water;
 use crate::pressure::matrix::PressureMatrix;
+use crate::rows::{for_each_row, sum_row};
 use crate::scene::WallFriction;
 use crate::vector::{Vector, add_scaled, sub};
 use crate::walls::Walls;
@@ -32,30 +33,42 @@ impl<const D: usize> Viscosity<D> {
         let no_slip = self.friction == WallFriction::NoSlip;
         let chunks = self.acceleration.par_chunks_mut(CHUNK).zip(&matrix.chunks).enumerate();
         chunks.with_min_len(MEDIUM).for_each(|(number, (acceleration, rows))| {
-            for (k, target) in acceleration.iter_mut().enumerate() {
-                let i = number * CHUNK + k;
-                let own_eddy = eddy.get(i).copied().unwrap_or(0.0);
-                let v = &water.velocity[i];
-                let (columns, values) = rows.row(k);
-                let mut sum = [0.0; D];
-                for (&j, &value) in columns.iter().zip(values) {
-                    let j = j as usize;
-                    let pair = nu + 0.5 * (own_eddy + eddy.get(j).copied().unwrap_or(0.0));
-                    add_scaled(&mut sum, -f64::from(value) * pair, &sub(&water.velocity[j], v));
-                }
-                if no_slip {
-                    let (columns, values) = rows.wall_row(k);
-                    for (&wall, &value) in columns.iter().zip(values) {
-                        let pair = nu + 0.5 * own_eddy;
-                        add_scaled(
-                            &mut sum,
-                            f64::from(value) * pair,
-                            &sub(&walls.velocity[wall as usize], v),
-                        );
+            for_each_row(
+                acceleration,
+                #[inline(always)]
+                |k, target| {
+                    let i = number * CHUNK + k;
+                    *target = if eddy.is_empty() {
+                        pair_sum(water, i, rows.row(k), |_| 1.0).map(|component| nu * component)
+                    } else {
+                        pair_sum(water, i, rows.row(k), |j| nu + 0.5 * (eddy[i] + eddy[j]))
+                    };
+                    if no_slip {
+                        let own = nu + 0.5 * eddy.get(i).copied().unwrap_or(0.0);
+                        let (columns, values) = rows.wall_row(k);
+                        for (&wall, &value) in columns.iter().zip(values) {
+                            let relative = sub(&walls.velocity[wall as usize], &water.velocity[i]);
+                            add_scaled(target, f64::from(value) * own, &relative);
+                        }
                     }
-                }
-                *target = sum;
-            }
+                },
+            );
         });
     }
+}
+
+/// sum_j a_ij nu_ij (v_j - v_i) over the water.
+#[inline(always)]
+fn pair_sum<const D: usize>(
+    water: &Water<D>,
+    i: usize,
+    row: (&[u32], &[f32]),
+    viscosity: impl Fn(usize) -> f64,
+) -> Vector<D> {
+    let own = water.flow[i];
+    let sum: [f64; 4] = sum_row(row, |j, value| {
+        let (other, factor) = (water.flow[j], f64::from(value) * viscosity(j));
+        std::array::from_fn(|k| factor * f64::from(own[k] - other[k]))
+    });
+    std::array::from_fn(|k| sum[k])
 }

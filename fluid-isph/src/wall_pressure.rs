@@ -5,9 +5,10 @@
 use rayon::prelude::*;
 
 use crate::cells::Neighbours;
-use crate::kernel::shape;
+use crate::lanes::{Lanes, Task, dispatch};
 use crate::markers::PressureField;
 use crate::parallel::{CHUNK, chunk_count};
+use crate::rows::sum_row;
 use crate::scene::WallPressure;
 use crate::vector::{Vector, add_scaled, dot, sub};
 use crate::walls::Walls;
@@ -34,11 +35,10 @@ impl WallSearch {
         self.resize(walls.len());
         let mut pressure = std::mem::take(&mut walls.pressure);
         let reader = &*walls;
-        let arch = pulp::Arch::new();
         let chunks = pressure.par_chunks_mut(CHUNK).zip(&mut self.near).enumerate();
         chunks.for_each(|(number, (target, near))| {
             let first = number * CHUNK;
-            arch.dispatch(PressureTask { field, walls: reader, gravity, first, target, near });
+            dispatch(PressureTask { field, walls: reader, gravity, first, target, near });
         });
         walls.pressure = pressure;
     }
@@ -54,11 +54,10 @@ impl WallSearch {
         force: &mut [Vector<D>],
     ) {
         self.resize(force.len());
-        let arch = pulp::Arch::new();
         let chunks = force.par_chunks_mut(CHUNK).zip(&mut self.near).enumerate();
         chunks.for_each(|(number, (target, near))| {
             let first = columns.start + number * CHUNK;
-            arch.dispatch(ForceTask { field, walls, model, gravity, first, target, near });
+            dispatch(ForceTask { field, walls, model, gravity, first, target, near });
         });
     }
 }
@@ -73,15 +72,15 @@ struct PressureTask<'a, const D: usize> {
     near: &'a mut Neighbours,
 }
 
-impl<const D: usize> pulp::NullaryFnOnce for PressureTask<'_, D> {
-    type Output = ();
-
+impl<const D: usize> Task for PressureTask<'_, D> {
     #[inline(always)]
-    fn call(self) {
+    fn run<L: Lanes>(self, lanes: L) {
         let mut reach = Reach::default();
         for (wall, target) in (self.first..).zip(self.target) {
             *target = [0.0; 2];
-            if self.walls.weight[wall] > 0.0 && reach.is_wet(self.field, self.walls, wall, self.near) {
+            if self.walls.weight[wall] > 0.0
+                && reach.is_wet(lanes, self.field, &self.walls.position[wall], self.near)
+            {
                 *target = side_means(self.field, self.walls, wall, self.gravity, self.near);
             }
         }
@@ -99,66 +98,97 @@ struct ForceTask<'a, const D: usize> {
     near: &'a mut Neighbours,
 }
 
-impl<const D: usize> pulp::NullaryFnOnce for ForceTask<'_, D> {
-    type Output = ();
-
+impl<const D: usize> Task for ForceTask<'_, D> {
     #[inline(always)]
-    fn call(self) {
+    fn run<L: Lanes>(self, lanes: L) {
         let mut reach = Reach::default();
         for (wall, target) in (self.first..).zip(self.target) {
             *target = [0.0; D];
-            if self.walls.weight[wall] > 0.0 && reach.is_wet(self.field, self.walls, wall, self.near) {
+            if self.walls.weight[wall] > 0.0
+                && reach.is_wet(lanes, self.field, &self.walls.position[wall], self.near)
+            {
                 *target = reaction(self.field, (self.walls, self.model), wall, self.gravity, self.near);
             }
         }
     }
 }
 
-/// Whether water is near the last cell asked for: the tank's particles come cell by cell.
+/// The cell gathered last: the tank's particles come cell by cell.
 #[derive(Debug, Default)]
 struct Reach {
-    last: Option<(usize, bool)>,
+    last: Option<usize>,
 }
 
 impl Reach {
     /// Finds the water around a wall particle; false if there is none.
     #[inline(always)]
-    fn is_wet<const D: usize>(
+    fn is_wet<L: Lanes, const D: usize>(
         &mut self,
+        lanes: L,
         field: PressureField<'_, D>,
-        walls: &Walls<D>,
-        wall: usize,
+        x: &Vector<D>,
         near: &mut Neighbours,
     ) -> bool {
-        let x = &walls.position[wall];
         let Some(cell) = field.grid.inner_cell(x) else { return false };
-        let reached = match self.last {
-            Some((last, reached)) if last == cell => reached,
-            _ => field.water.cells.is_near(field.grid, cell),
-        };
-        self.last = Some((cell, reached));
-        if reached {
+        if self.last != Some(cell) {
+            self.last = Some(cell);
             let support2 = field.kernel.support_radius * field.kernel.support_radius;
-            near.find(field.grid, &field.water.cells, (cell, x), (support2, field.kernel.inverse_square()));
+            let reach = (support2, field.kernel.inverse_square());
+            near.gather((field.grid, &field.water.cells), cell, reach);
         }
-        reached && !near.is_empty()
+        if near.nothing_near() {
+            return false;
+        }
+        near.find(lanes, &field.grid.place(x));
+        !near.is_empty()
     }
 }
 
+/// Mean over all water, for a particle of the tank.
+#[inline(always)]
+fn mean<const D: usize>(
+    field: PressureField<'_, D>,
+    walls: &Walls<D>,
+    wall: usize,
+    gravity: &Vector<D>,
+    near: &mut Neighbours,
+) -> f32 {
+    let weights = near.weigh(1.0);
+    let (x, water) = (field.grid.place(&walls.position[wall]), field.water);
+    let row = (&near.index[..near.len()], &near.q2[..near.len()]);
+    // The last lane sums the pressure, the others the offsets.
+    let sum: [f32; 4] = sum_row(row, |j, w| {
+        let (place, pressure) = (water.place[j], water.pressure[j]);
+        let offset = |k: usize| if k < D { place[k].wrapping_sub(x[k]) as f32 } else { 0.0 };
+        std::array::from_fn(|k| w * if k < 3 { offset(k) } else { pressure })
+    });
+    let mut total = f64::from(sum[3]);
+    for k in 0..D {
+        let slope = field.reference_density * (gravity[k] - walls.acceleration[wall][k]);
+        total -= slope * field.grid.part() * f64::from(sum[k]);
+    }
+    (total / f64::from(weights)).max(0.0) as f32
+}
+
+/// Means over the water on either side of a particle of the body.
 #[inline(always)]
 fn side_means<const D: usize>(
     field: PressureField<'_, D>,
     walls: &Walls<D>,
     wall: usize,
     gravity: &Vector<D>,
-    near: &Neighbours,
+    near: &mut Neighbours,
 ) -> [f32; 2] {
+    if wall < walls.body().start {
+        return [mean(field, walls, wall, gravity, near), 0.0];
+    }
+    near.weigh(1.0);
     let body_force = sub(gravity, &walls.acceleration[wall]);
     let (mut sum, mut weights) = ([0.0; 2], [0.0; 2]);
     for k in 0..near.len() {
         let j = near.index[k] as usize;
-        let d = sub(&field.water.cells.point(j), &walls.position[wall]);
-        let w = f64::from(shape(near.q2[k].sqrt()).0);
+        let d = sub(&field.water.cells.point(field.grid, j), &walls.position[wall]);
+        let w = f64::from(near.q2[k]);
         let side = walls.side(wall, &d);
         weights[side] += w;
         sum[side] +=
@@ -175,17 +205,18 @@ fn reaction<const D: usize>(
     (walls, model): (&Walls<D>, WallPressure),
     wall: usize,
     gravity: &Vector<D>,
-    near: &Neighbours,
+    near: &mut Neighbours,
 ) -> Vector<D> {
     let mut force = [0.0; D];
-    let factor = field.kernel.coupling_factor() * walls.weight[wall];
+    near.weigh(field.kernel.coupling_factor());
+    let factor = -0.5 * field.kernel.volume * f64::from(walls.weight[wall]);
     for k in 0..near.len() {
         let i = near.index[k] as usize;
-        let d = sub(&field.water.cells.point(i), &walls.position[wall]);
-        let coupling = f64::from(factor * shape(near.q2[k].sqrt()).1);
+        let d = sub(&field.water.cells.point(field.grid, i), &walls.position[wall]);
+        let coupling = f64::from(near.slope[k]);
         let own = f64::from(field.water.pressure[i]);
         let at_wall = pressure_seen(walls, model, (wall, &d), own, (field.reference_density, gravity));
-        add_scaled(&mut force, -0.5 * field.kernel.volume * coupling * (own + at_wall), &d);
+        add_scaled(&mut force, factor * coupling * (own + at_wall), &d);
     }
     force
 }

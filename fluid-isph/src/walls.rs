@@ -167,6 +167,6 @@ impl<const D: usize> Walls<D> {
     /// Side of the director on which water at `d` = x_i - x_w lies: 0 lower, 1 upper; always 0 for the tank.
     #[inline(always)]
     pub fn side(&self, wall: usize, d: &Vector<D>) -> usize {
-        usize::from(dot(d, &self.director[wall]) > 0.0)
+        usize::from(wall >= self.tank_len && dot(d, &self.director[wall]) > 0.0)
     }
 }

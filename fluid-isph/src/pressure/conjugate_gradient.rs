@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::matrix::PressureMatrix;
 use super::multigrid::Multigrid;
 use crate::error::StepFault;
-use crate::parallel::{CHUNK, LIGHT, chunk_count};
+use crate::parallel::{CHUNK, LIGHT, chunk_count, dot_product};
 use crate::particles::Water;
 
 /// More iterations than any scene that converges has needed (tens).
@@ -53,10 +53,9 @@ impl ConjugateGradient {
             return Ok(Solved { iterations: 0, residual: 0.0 });
         }
         matrix.multiply(pressure, &mut self.image, &mut self.partial);
-        for (r, (b, image)) in self.residual.iter_mut().zip(source.iter().zip(&self.image)) {
-            *r = b - image;
-        }
-        let mut norm = sum_of_squares(&self.residual, &mut self.partial).sqrt();
+        self.residual.copy_from_slice(source);
+        // A step of length 1 along the first guess, which is already in the pressure.
+        let mut norm = self.advance_residual(1.0).sqrt();
         let mut rho = 0.0;
         for iterations in 0..ITERATION_LIMIT {
             let residual = norm / source_norm;
@@ -95,28 +94,34 @@ impl ConjugateGradient {
         });
     }
 
+    /// residual -= step image; returns |residual|^2.
+    fn advance_residual(&mut self, step: f32) -> f64 {
+        let columns = (self.residual.par_chunks_mut(CHUNK), self.image.par_chunks(CHUNK));
+        let columns = (columns, self.partial.par_iter_mut()).into_par_iter();
+        columns.with_min_len(LIGHT).for_each(|((residual, image), partial)| {
+            for (residual, image) in residual.iter_mut().zip(image) {
+                *residual -= step * image;
+            }
+            *partial = dot_product(residual, residual);
+        });
+        self.partial.iter().sum()
+    }
+
     /// pressure += step direction, residual -= step image; returns |residual|^2.
     fn advance(&mut self, pressure: &mut [f32], step: f32) -> f64 {
-        let changed = (pressure.par_chunks_mut(CHUNK), self.residual.par_chunks_mut(CHUNK));
-        let given = (self.direction.par_chunks(CHUNK), self.image.par_chunks(CHUNK));
-        (changed, given, self.partial.par_iter_mut()).into_par_iter().with_min_len(LIGHT).for_each(
-            |((pressure, residual), (direction, image), partial)| {
-                let mut sum = 0.0;
-                for k in 0..pressure.len() {
-                    pressure[k] += step * direction[k];
-                    residual[k] -= step * image[k];
-                    sum += f64::from(residual[k]) * f64::from(residual[k]);
-                }
-                *partial = sum;
-            },
-        );
-        self.partial.iter().sum()
+        let columns = pressure.par_chunks_mut(CHUNK).zip(self.direction.par_chunks(CHUNK));
+        columns.with_min_len(LIGHT).for_each(|(pressure, direction)| {
+            for (pressure, direction) in pressure.iter_mut().zip(direction) {
+                *pressure += step * direction;
+            }
+        });
+        self.advance_residual(step)
     }
 }
 
 fn sum_of_squares(column: &[f32], partial: &mut [f64]) -> f64 {
     column.par_chunks(CHUNK).zip(partial.par_iter_mut()).with_min_len(LIGHT).for_each(|(column, partial)| {
-        *partial = column.iter().map(|&value| f64::from(value) * f64::from(value)).sum();
+        *partial = dot_product(column, column);
     });
     partial.iter().sum()
 }

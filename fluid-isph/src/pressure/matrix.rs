@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use crate::cells::Neighbours;
-use crate::parallel::{CHUNK, MEDIUM, chunk_count};
+use crate::parallel::{CHUNK, MEDIUM, chunk_count, dot_product};
 
 /// Rows of up to `CHUNK` water particles.
 #[derive(Debug, Default)]
@@ -28,8 +28,10 @@ pub struct RowChunk {
     pub first_aggregate: usize,
     /// Share of this chunk in the matrix of the cells, `[cells, 3^D]`.
     pub stencil: Vec<f64>,
-    /// Search buffer.
+    /// Search buffer for the water.
     pub near: Neighbours,
+    /// Search buffers for the walls of tank and body.
+    pub near_walls: [Neighbours; 2],
     /// Running sums of the row being written.
     pub running: Vec<f64>,
 }
@@ -111,14 +113,12 @@ impl PressureMatrix {
         rows.with_min_len(MEDIUM).for_each(|(number, ((y, chunk), partial))| {
             let own = &x[number * CHUNK..number * CHUNK + y.len()];
             let mut first = 0;
-            let mut sum = 0.0;
             for k in 0..y.len() {
                 let last = chunk.end[k] as usize;
                 y[k] = row_product(&chunk.column[first..last], &chunk.value[first..last], x);
-                sum += f64::from(y[k]) * f64::from(own[k]);
                 first = last;
             }
-            *partial = sum;
+            *partial = dot_product(y, own);
         });
         partial.iter().sum()
     }

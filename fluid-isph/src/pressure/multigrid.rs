@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::matrix::PressureMatrix;
 use crate::cells::Grid;
-use crate::parallel::{CHUNK, LIGHT, MEDIUM};
+use crate::parallel::{CHUNK, LIGHT, MEDIUM, dot_product};
 use crate::particles::Water;
 
 /// Factor of every coarse correction.
@@ -106,12 +106,10 @@ impl<const D: usize> Multigrid<D> {
         let given = (matrix.inverse_diagonal.par_chunks(CHUNK), water.aggregate.par_chunks(CHUNK));
         (columns, given).into_par_iter().with_min_len(LIGHT).for_each(
             |((z, r, partial), (inverse_diagonal, aggregate))| {
-                let mut sum = 0.0;
                 for k in 0..z.len() {
                     z[k] = r[k] * inverse_diagonal[k] + OVER_CORRECTION * coarse[aggregate[k] as usize];
-                    sum += f64::from(z[k]) * f64::from(r[k]);
                 }
-                *partial = sum;
+                *partial = dot_product(z, r);
             },
         );
         partial.iter().sum()
@@ -312,7 +310,8 @@ impl Level {
             let first = number * BLOCK;
             for k in 0..x.len() {
                 let (row, mut sum) = ((first + k) * stencil, right_side[first + k]);
-                for s in row..row + stencil {
+                // Cells are in rising order: smaller numbers stand in the first half of the stencil.
+                for s in row..row + stencil / 2 {
                     let j = (column[s] as usize).wrapping_sub(first);
                     if j < k {
                         sum -= value[s] * x[j];
