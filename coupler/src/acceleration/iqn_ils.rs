@@ -55,6 +55,11 @@ impl IqnIls {
                 Change { residual: minus(&residual, &last.residual), answer: minus(found, &last.answer) };
             self.changes.push_front(change);
             self.in_step += 1;
+            // The past misled: it belongs to another state of the water, dry or not under pressure.
+            if dot(&residual, &residual) > dot(&last.residual, &last.residual) {
+                self.changes.truncate(self.in_step);
+                self.in_past.clear();
+            }
         }
         match self.step_of_the_answer(&residual) {
             Some(step) => guess.iter_mut().zip(found.iter().zip(step)).for_each(|(x, (f, s))| *x = f + s),
