@@ -9,7 +9,7 @@ use protocol::failure::{Failure, FailureClass};
 
 use crate::check::{CheckError, Checked};
 use crate::run::RunOptions;
-use crate::{check, diagnostics, plan, report, run};
+use crate::{check, conform, diagnostics, plan, report, run};
 
 /// Fluid-structure interaction with free surfaces: water by stabilised incompressible SPH, structures by finite
 /// elements, each in a process of its own.
@@ -33,6 +33,16 @@ enum Command {
     ///
     /// Example: tidewall check cases/dam-break-elastic/plane.toml
     Check(CaseArguments),
+    /// Plays launcher and coupler against a solid program, and says which points of the contract it does not keep.
+    ///
+    /// Example: tidewall conform target/release/solid-rigid
+    Conform {
+        /// The executable.
+        program: PathBuf,
+        /// A coupled case for it; without one a rigid wall beside water.
+        #[arg(long)]
+        case: Option<PathBuf>,
+    },
     /// Writes report.html again, or one page comparing several runs.
     ///
     /// Example: tidewall report runs/dam-break-elastic-plane-1 runs/dam-break-elastic-plane-2
@@ -84,6 +94,13 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run_command(arguments),
         Command::Check(arguments) => {
             check_case(&arguments).map(|checked| print!("{}", plan::describe(&checked)))
+        }
+        Command::Conform { program, case } => {
+            conform::conform(&program, case.as_deref()).and_then(|findings| {
+                let (text, result) = conform::tell(&findings);
+                print!("{text}");
+                result
+            })
         }
         Command::Report { runs } => report::command(&runs).map(|page| println!("{}", page.display())),
     };

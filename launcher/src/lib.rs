@@ -9,6 +9,7 @@ pub mod check;
 pub mod cli;
 pub mod compare;
 pub mod conduct;
+pub mod conform;
 pub mod diagnostics;
 pub mod folder;
 pub mod plan;

@@ -1,0 +1,37 @@
+//! `tidewall conform` against programs that keep the contract and one that does not.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use tidewall_tests::programs::{program, workspace};
+
+fn conform(name: &str, flaw: &str, case: Option<&Path>) -> Output {
+    let mut command = Command::new(program("tidewall"));
+    command.arg("conform").arg(program(name)).env("TIDEWALL_TEST_FLAW", flaw);
+    command.args(case.into_iter().flat_map(|case| [Path::new("--case"), case]));
+    command.output().unwrap()
+}
+
+#[test]
+fn the_stub_and_the_elastic_solid_keep_the_contract() {
+    let headline = workspace().join("cases/dam-break-elastic/plane.toml");
+    for (name, case) in [("solid-rigid", None), ("solid-fem", Some(headline.as_path()))] {
+        let output = conform(name, "", case);
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success(), "{name}: {said}{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(said.lines().filter(|line| line.trim_start().starts_with("ok")).count(), 9, "{said}");
+    }
+}
+
+#[test]
+fn a_program_that_breaks_it_is_told_where() {
+    for (flaw, fault) in [("size", "found 2-D, 20 interface nodes"), ("version", "protocol version of solid")] {
+        let output = conform("bad-participant", flaw, None);
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{flaw}: {said}");
+        assert!(said.contains("WRONG") && said.contains(fault), "{flaw}: {said}");
+    }
+    let output = Command::new(program("tidewall")).args(["conform", "/bin/true"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no check report"));
+}
