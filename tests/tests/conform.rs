@@ -25,7 +25,8 @@ fn the_stub_and_the_elastic_solid_keep_the_contract() {
 
 #[test]
 fn a_program_that_breaks_it_is_told_where() {
-    for (flaw, fault) in [("size", "found 2-D, 20 interface nodes"), ("version", "protocol version of solid")] {
+    for (flaw, fault) in [("size", "found 2-D, 20 interface nodes"), ("version", "protocol version of solid")]
+    {
         let output = conform("bad-participant", flaw, None);
         let said = String::from_utf8(output.stdout).unwrap();
         assert_eq!(output.status.code(), Some(2), "{flaw}: {said}");
