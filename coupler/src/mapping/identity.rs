@@ -2,7 +2,7 @@
 
 use protocol::interface::Surface;
 
-use super::nearest::nearest_node;
+use super::nearest::Nodes;
 use super::{MappingError, Rows};
 
 /// Largest distance of two nodes taken for one, relative to the size of the body.
@@ -10,8 +10,9 @@ const SAME_NODE: f64 = 1e-9;
 
 pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<Rows, MappingError> {
     let size = surface.reference_position.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    let nodes = Nodes::new(surface);
     let row = |(node, point): (usize, &[f64])| {
-        let (distance, nearest) = nearest_node(point, surface);
+        let (distance, nearest) = nodes.nearest(point);
         if distance <= SAME_NODE * size {
             Ok(vec![(nearest, 1.0)])
         } else {

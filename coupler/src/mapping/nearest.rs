@@ -2,17 +2,36 @@
 //! first order in the node distance.
 
 use protocol::interface::Surface;
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
 
 use super::Rows;
 
 pub(super) fn rows(points: &[f64], surface: &Surface) -> Rows {
-    points.chunks_exact(surface.dimension).map(|point| vec![(nearest_node(point, surface).1, 1.0)]).collect()
+    let nodes = Nodes::new(surface);
+    points.chunks_exact(surface.dimension).map(|point| vec![(nodes.nearest(point).1, 1.0)]).collect()
 }
 
-/// Distance (m) and number of the surface node nearest to a point.
-pub(super) fn nearest_node(point: &[f64], surface: &Surface) -> (f64, usize) {
-    let square = |node: &[f64]| node.iter().zip(point).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-    let nodes = surface.reference_position.chunks_exact(surface.dimension).map(square).enumerate();
-    let nearest = nodes.min_by(|a, b| a.1.total_cmp(&b.1));
-    nearest.map_or((f64::INFINITY, 0), |(node, square)| (square.sqrt(), node))
+/// The nodes of a surface, to be searched.
+pub(super) struct Nodes(RTree<GeomWithData<[f64; 3], usize>>);
+
+impl Nodes {
+    pub(super) fn new(surface: &Surface) -> Self {
+        let nodes = surface.reference_position.chunks_exact(surface.dimension).enumerate();
+        Self(RTree::bulk_load(nodes.map(|(node, x)| GeomWithData::new(padded(x), node)).collect()))
+    }
+
+    /// Distance (m) and number of the node nearest to a point.
+    pub(super) fn nearest(&self, point: &[f64]) -> (f64, usize) {
+        let point = padded(point);
+        let nearest = self.0.nearest_neighbor(point);
+        nearest.map_or((f64::INFINITY, 0), |node| {
+            let square: f64 = node.geom().iter().zip(point).map(|(a, b)| (a - b) * (a - b)).sum();
+            (square.sqrt(), node.data)
+        })
+    }
+}
+
+fn padded(point: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|axis| point.get(axis).copied().unwrap_or_default())
 }

@@ -3,6 +3,7 @@
 //! turn with it.
 
 use protocol::interface::{Facets, InterfaceMarker, Surface};
+use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
 use super::couple::Couple;
 use super::{MappingError, Rows};
@@ -10,11 +11,34 @@ use crate::dummy_mesh::DummyMesh;
 
 type Point = [f64; 3];
 
-/// Where to project: node positions `[n, D]` m and the facets over them.
+/// Where to project: node positions `[n, D]` m and the facets over them, in a tree of boxes.
 struct Target<'a> {
     dimension: usize,
     position: &'a [f64],
-    facets: &'a Facets,
+    tree: RTree<Shape>,
+}
+
+/// One facet in the tree.
+struct Shape {
+    face: usize,
+    nodes: Vec<usize>,
+    corners: Vec<Point>,
+}
+
+impl RTreeObject for Shape {
+    type Envelope = AABB<Point>;
+
+    /// A bilinear facet lies in the box of its corners.
+    fn envelope(&self) -> Self::Envelope {
+        AABB::from_points(&self.corners)
+    }
+}
+
+impl PointDistance for Shape {
+    fn distance_2(&self, point: &Point) -> f64 {
+        let off = minus(point, &combine(&self.corners, &facet_weights(point, &self.corners)));
+        dot(&off, &off)
+    }
 }
 
 /// Distance from the surface below which a point lies on it, relative to the size of the body.
@@ -25,7 +49,7 @@ pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Coupl
         return Err(MappingError::NoFacet);
     }
     let dimension = surface.dimension;
-    let target = Target { dimension, position: &surface.reference_position, facets: &surface.facets };
+    let target = Target::new(dimension, &surface.reference_position, &surface.facets);
     let size = surface.reference_position.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
     let (mut rows, mut couples) = (Rows::new(), Vec::new());
     for (node, point) in points.chunks_exact(dimension).enumerate() {
@@ -45,7 +69,7 @@ pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Coupl
 /// For every marker of the solid the markers of the fluid's side, on the same face, that give its traction, with weights.
 pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Rows {
     let dimension = surface.dimension;
-    let target = Target { dimension, position: dummy.reference_position(), facets: dummy.facets() };
+    let target = Target::new(dimension, dummy.reference_position(), dummy.facets());
     let markers = dummy.facets().markers();
     let row = |marker: InterfaceMarker| {
         let point = &surface.reference_position[marker.node * dimension..][..dimension];
@@ -59,7 +83,18 @@ pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Rows {
     surface.facets.markers().into_iter().map(row).collect()
 }
 
-impl Target<'_> {
+impl<'a> Target<'a> {
+    fn new(dimension: usize, position: &'a [f64], facets: &Facets) -> Self {
+        let mut target = Self { dimension, position, tree: RTree::new() };
+        let shape = |facet: usize| {
+            let nodes = facets.facet(facet).to_vec();
+            let corners = nodes.iter().map(|&node| target.node(node)).collect();
+            Shape { face: facets.face[facet], nodes, corners }
+        };
+        target.tree = RTree::bulk_load((0..facets.len()).map(shape).collect());
+        target
+    }
+
     fn node(&self, node: usize) -> Point {
         padded(&self.position[node * self.dimension..][..self.dimension])
     }
@@ -69,22 +104,14 @@ fn padded(point: &[f64]) -> Point {
     std::array::from_fn(|axis| point.get(axis).copied().unwrap_or_default())
 }
 
-/// Nodes and weights of the point of the facets (of one face only, if given) nearest to `point`.
+/// Nodes and weights of the point of the facets (of one face only, if given) nearest to `point`; none without a facet.
 fn project(point: &[f64], target: &Target<'_>, face: Option<usize>) -> Vec<(usize, f64)> {
-    let point = &padded(point);
-    let mut best = (f64::INFINITY, Vec::new());
-    for facet in
-        (0..target.facets.len()).filter(|&facet| face.is_none_or(|face| target.facets.face[facet] == face))
-    {
-        let nodes = target.facets.facet(facet);
-        let corners: Vec<Point> = nodes.iter().map(|&node| target.node(node)).collect();
-        let weights = facet_weights(point, &corners);
-        let off = minus(point, &combine(&corners, &weights));
-        if dot(&off, &off) < best.0 {
-            best = (dot(&off, &off), nodes.iter().copied().zip(weights).collect());
-        }
-    }
-    best.1
+    let point = padded(point);
+    let mut by_distance = target.tree.nearest_neighbor_iter(point);
+    let nearest = by_distance.find(|shape| face.is_none_or(|face| shape.face == face));
+    nearest.map_or(Vec::new(), |shape| {
+        shape.nodes.iter().copied().zip(facet_weights(&point, &shape.corners)).collect()
+    })
 }
 
 /// Shape functions at the point of the facet nearest to `point`.
