@@ -204,7 +204,7 @@ fn smooth_error(kind: MappingKind, count: usize) -> f64 {
     let field = |points: &[f64]| -> Vec<f64> {
         points.chunks(3).flat_map(|x| [(2.0 * x[1] / y).sin() * (3.0 * x[2] / z).cos(), 0.0, 0.0]).collect()
     };
-    let mapping = Mapping::new(kind, &points, &surface).unwrap();
+    let mapping = Mapping::new(kind, &points, &surface).expect("the surface fits");
     let mut carried = vec![0.0; points.len()];
     mapping.spread_motion(&field(&surface.reference_position), &mut carried);
     carried.iter().zip(field(&points)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
