@@ -10,7 +10,11 @@ fn run(stage: &Stage, scheme: &str, more: &[&str]) -> Finished {
 }
 
 fn numbers(series: &str, column: usize) -> Vec<f64> {
-    series.lines().skip(1).map(|line| line.split(',').nth(column).unwrap().parse().unwrap()).collect()
+    let number = |line: &str| {
+        let word = line.split(',').nth(column).expect("a row has this column");
+        word.parse().expect("a series holds numbers")
+    };
+    series.lines().skip(1).map(number).collect()
 }
 
 #[test]
