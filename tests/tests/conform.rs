@@ -9,7 +9,7 @@ fn conform(name: &str, flaw: &str, case: Option<&Path>) -> Output {
     let mut command = Command::new(program("tidewall"));
     command.arg("conform").arg(program(name)).env("TIDEWALL_TEST_FLAW", flaw);
     command.args(case.into_iter().flat_map(|case| [Path::new("--case"), case]));
-    command.output().unwrap()
+    command.output().expect("tidewall is built")
 }
 
 #[test]
