@@ -63,6 +63,8 @@ pub struct Fluid<const D: usize> {
     pub(crate) partial: Vec<[f64; 3]>,
     pub(crate) step_number: u64,
     pub(crate) time: f64,
+    /// Length of the sub-step solved last, s.
+    pub(crate) last_substep: f64,
     pub(crate) speed: f64,
     pub(crate) speed_limit: f64,
     pub(crate) energy: Energy,
@@ -154,6 +156,7 @@ impl<const D: usize> Fluid<D> {
             partial: Vec::new(),
             step_number: 0,
             time: 0.0,
+            last_substep: 0.0,
             speed: 0.0,
             speed_limit: f64::INFINITY,
             energy: Energy::default(),

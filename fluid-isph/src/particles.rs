@@ -15,6 +15,8 @@ pub struct Water<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// P of the last solve, Pa.
     pub pressure: Vec<f32>,
+    /// P of the solve before, Pa.
+    pub last_pressure: Vec<f32>,
     /// n_i = sum W over water and wall, itself included, 1/m^D.
     pub number_density: Vec<f32>,
     /// Number the particle got at the start.
@@ -40,6 +42,7 @@ struct Spare<const D: usize> {
     position: Vec<Vector<D>>,
     velocity: Vec<Vector<D>>,
     pressure: Vec<f32>,
+    last_pressure: Vec<f32>,
     number_density: Vec<f32>,
     id: Vec<u32>,
 }
@@ -50,6 +53,7 @@ impl<const D: usize> Water<D> {
         let count = position.len();
         Self {
             pressure: vec![0.0; count],
+            last_pressure: vec![0.0; count],
             number_density: vec![0.0; count],
             id: (0..count as u32).collect(),
             position,
@@ -75,11 +79,13 @@ impl<const D: usize> Water<D> {
         permute(order, &self.position, &mut self.spare.position);
         permute(order, &self.velocity, &mut self.spare.velocity);
         permute(order, &self.pressure, &mut self.spare.pressure);
+        permute(order, &self.last_pressure, &mut self.spare.last_pressure);
         permute(order, &self.number_density, &mut self.spare.number_density);
         permute(order, &self.id, &mut self.spare.id);
         std::mem::swap(&mut self.position, &mut self.spare.position);
         std::mem::swap(&mut self.velocity, &mut self.spare.velocity);
         std::mem::swap(&mut self.pressure, &mut self.spare.pressure);
+        std::mem::swap(&mut self.last_pressure, &mut self.spare.last_pressure);
         std::mem::swap(&mut self.number_density, &mut self.spare.number_density);
         std::mem::swap(&mut self.id, &mut self.spare.id);
         self.list_occupied(grid);
@@ -123,6 +129,7 @@ impl<const D: usize> Water<D> {
                 self.position[kept] = self.position[particle];
                 self.velocity[kept] = self.velocity[particle];
                 self.pressure[kept] = self.pressure[particle];
+                self.last_pressure[kept] = self.last_pressure[particle];
                 self.number_density[kept] = self.number_density[particle];
                 self.id[kept] = self.id[particle];
                 kept += 1;
@@ -131,6 +138,7 @@ impl<const D: usize> Water<D> {
         self.position.truncate(kept);
         self.velocity.truncate(kept);
         self.pressure.truncate(kept);
+        self.last_pressure.truncate(kept);
         self.number_density.truncate(kept);
         self.id.truncate(kept);
     }

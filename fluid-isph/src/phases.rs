@@ -125,9 +125,27 @@ impl<const D: usize> Fluid<D> {
         }
     }
 
+    /// First guess for the solve: the pressures of the last two sub-steps, continued to this one.
+    fn guess_pressure(&mut self, dt: f64) {
+        // After a much shorter sub-step the change says little about this one.
+        let ratio = if self.last_substep > 0.0 { (dt / self.last_substep).min(2.0) as f32 } else { 0.0 };
+        self.last_substep = dt;
+        let lowest = if self.has_free_surface { 0.0 } else { f32::NEG_INFINITY };
+        let columns =
+            self.water.pressure.par_chunks_mut(CHUNK).zip(self.water.last_pressure.par_chunks_mut(CHUNK));
+        columns.with_min_len(LIGHT).for_each(|(pressure, last)| {
+            for (p, last) in pressure.iter_mut().zip(last) {
+                let change = *p - *last;
+                *last = *p;
+                *p = (*p + ratio * change).max(lowest);
+            }
+        });
+    }
+
     /// Solves the pressure equation and sets negative pressures to zero (free surface: water bears no tension), or
     /// shifts the least pressure to that of a support's depth (full tank).
-    pub(crate) fn solve_pressure(&mut self) -> Result<(), StepFault> {
+    pub(crate) fn solve_pressure(&mut self, dt: f64) -> Result<(), StepFault> {
+        self.guess_pressure(dt);
         let mut pressure = std::mem::take(&mut self.water.pressure);
         let system = (&self.water, &self.matrix, &mut self.multigrid);
         let solved = self.solver.solve(system, &self.source, &mut pressure, self.scene.pressure_tolerance);

@@ -12,6 +12,7 @@ pub struct Snapshot<const D: usize> {
     position: Vec<Vector<D>>,
     velocity: Vec<Vector<D>>,
     pressure: Vec<f32>,
+    last_pressure: Vec<f32>,
     number_density: Vec<f32>,
     id: Vec<u32>,
     old_pressure: Vec<[f32; 2]>,
@@ -19,6 +20,7 @@ pub struct Snapshot<const D: usize> {
     energy: Energy,
     step_number: u64,
     time: f64,
+    last_substep: f64,
     speed: f64,
     speed_limit: f64,
 }
@@ -29,6 +31,7 @@ impl<const D: usize> Fluid<D> {
         snapshot.position.clone_from(&self.water.position);
         snapshot.velocity.clone_from(&self.water.velocity);
         snapshot.pressure.clone_from(&self.water.pressure);
+        snapshot.last_pressure.clone_from(&self.water.last_pressure);
         snapshot.number_density.clone_from(&self.water.number_density);
         snapshot.id.clone_from(&self.water.id);
         if let Some(body) = &self.body {
@@ -37,6 +40,7 @@ impl<const D: usize> Fluid<D> {
         snapshot.health.clone_from(&self.health);
         (snapshot.energy, snapshot.step_number, snapshot.time) = (self.energy, self.step_number, self.time);
         (snapshot.speed, snapshot.speed_limit) = (self.speed, self.speed_limit);
+        snapshot.last_substep = self.last_substep;
     }
 
     /// Goes back to the state kept. Times and iterations of the passes that are given up stay counted.
@@ -44,6 +48,7 @@ impl<const D: usize> Fluid<D> {
         self.water.position.clone_from(&snapshot.position);
         self.water.velocity.clone_from(&snapshot.velocity);
         self.water.pressure.clone_from(&snapshot.pressure);
+        self.water.last_pressure.clone_from(&snapshot.last_pressure);
         self.water.number_density.clone_from(&snapshot.number_density);
         self.water.id.clone_from(&snapshot.id);
         if let Some(body) = &mut self.body {
@@ -52,5 +57,6 @@ impl<const D: usize> Fluid<D> {
         self.health.clone_from(&snapshot.health);
         (self.energy, self.step_number, self.time) = (snapshot.energy, snapshot.step_number, snapshot.time);
         (self.speed, self.speed_limit) = (snapshot.speed, snapshot.speed_limit);
+        self.last_substep = snapshot.last_substep;
     }
 }

@@ -23,7 +23,7 @@ impl<const D: usize> Fluid<D> {
         loop {
             self.timed("intermediate velocity", |fluid| fluid.find_intermediate_velocity(dt)); // (3)
             self.timed("source", |fluid| fluid.assemble_source(dt)); // right side of (9)
-            self.timed("solve", Self::solve_pressure)?; // (9)
+            self.timed("solve", |fluid| fluid.solve_pressure(dt))?; // (9)
             self.timed("wall pressure", |fluid| fluid.find_wall_pressure(dt));
             self.timed("correct", |fluid| fluid.correct_velocity(dt)); // (4)
             match self.timed("check", |fluid| fluid.shorter_step(dt))? {

@@ -1,8 +1,9 @@
-//! Preconditioner: z = D^-1 r + 1.5 P C P' r.
+//! Preconditioner: z = D^-1 r + P C P' r.
 //!
 //! D is the diagonal, P is piecewise constant over the non-empty search cells (their particles are contiguous), and C
 //! is one symmetric V-cycle on the Galerkin matrix P'AP, a 3^D stencil because the support is one cell wide. Coarser
-//! levels join 2^D cells until at most `DIRECT` are left, which are solved by Cholesky factors.
+//! levels join 2^D cells until at most `DIRECT` are left, which are solved by Cholesky factors; their corrections are
+//! taken 1.5 times.
 //! Aggregation with over-correction: Braess (1995), Computing 55, 379.
 
 use rayon::prelude::*;
@@ -12,7 +13,7 @@ use crate::cells::Grid;
 use crate::parallel::{CHUNK, LIGHT, MEDIUM, dot_product};
 use crate::particles::Water;
 
-/// Factor of every coarse correction.
+/// Factor of the corrections between levels of cells.
 const OVER_CORRECTION: f32 = 1.5;
 
 /// At most so many cells are solved directly.
@@ -84,7 +85,7 @@ impl<const D: usize> Multigrid<D> {
         self.depth
     }
 
-    /// z = D^-1 r + 1.5 P C P' r; returns r . z. `partial` holds one value per chunk.
+    /// z = D^-1 r + P C P' r; returns r . z. `partial` holds one value per chunk.
     pub fn apply(
         &mut self,
         (water, matrix): (&Water<D>, &PressureMatrix),
@@ -107,7 +108,7 @@ impl<const D: usize> Multigrid<D> {
         (columns, given).into_par_iter().with_min_len(LIGHT).for_each(
             |((z, r, partial), (inverse_diagonal, aggregate))| {
                 for k in 0..z.len() {
-                    z[k] = r[k] * inverse_diagonal[k] + OVER_CORRECTION * coarse[aggregate[k] as usize];
+                    z[k] = r[k] * inverse_diagonal[k] + coarse[aggregate[k] as usize];
                 }
                 *partial = dot_product(z, r);
             },
