@@ -1,5 +1,7 @@
 //! The fluid obeys orders without any other process: counts, steps, gauges and fields appear in the run folder.
 
+#![expect(clippy::unwrap_used, reason = "a failing helper must fail the test")]
+
 use fluid_isph::participant::PROGRAM;
 use protocol::case::CaseFile;
 use protocol::control::{Part, Start, StepTime};
