@@ -179,6 +179,7 @@ mod tests {
             BoxRegion { min: region.min[..dimension].to_vec(), max: region.max[..dimension].to_vec() };
         SolidOutline {
             model: "fem".to_owned(),
+            mesh: None,
             region,
             elements: vec![2; dimension],
             wet: vec![BoxFace::Left, BoxFace::Right, BoxFace::Top],

@@ -12,6 +12,7 @@ fn outline(dimension: usize) -> SolidOutline {
     let (min, max) = ([0.292, 0.0, 0.0], [0.304, 0.08, 0.292]);
     SolidOutline {
         model: "fem".to_owned(),
+        mesh: None,
         region: BoxRegion { min: min[..dimension].to_vec(), max: max[..dimension].to_vec() },
         elements: vec![1; dimension],
         wet: vec![BoxFace::Left, BoxFace::Right, BoxFace::Top],

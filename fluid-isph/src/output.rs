@@ -79,7 +79,7 @@ fn columns<const D: usize>(kind: &GaugeKind) -> Vec<String> {
         GaugeKind::Energy { .. } => names(&["kinetic_j", "potential_j", "work_j"]),
         GaugeKind::Volume => names(&["volume_m3"]),
         GaugeKind::HydrostaticError => names(&["l2_relative"]),
-        GaugeKind::Displacement { .. } | GaugeKind::Reaction => Vec::new(),
+        GaugeKind::Displacement { .. } | GaugeKind::Reaction | GaugeKind::Frequency => Vec::new(),
     }
 }
 
@@ -109,7 +109,7 @@ fn measure<const D: usize>(kind: &GaugeKind, fluid: &Fluid<D>, values: &mut Vec<
         GaugeKind::Energy { .. } => values.extend(<[f64; 3]>::from(fluid.energy())),
         GaugeKind::Volume => values.push(fluid.volume()),
         GaugeKind::HydrostaticError => values.push(fluid.hydrostatic_error()),
-        GaugeKind::Displacement { .. } | GaugeKind::Reaction => {}
+        GaugeKind::Displacement { .. } | GaugeKind::Reaction | GaugeKind::Frequency => {}
     }
 }
 

@@ -119,7 +119,7 @@ fn programs(case: &CaseFile, shared: &Shared, path: &Path) -> Vec<Program> {
 }
 
 /// The executable of this name beside the running one.
-fn sibling(name: &str) -> PathBuf {
+pub(crate) fn sibling(name: &str) -> PathBuf {
     let own = std::env::current_exe().unwrap_or_default();
     own.parent().unwrap_or(Path::new(".")).join(name)
 }
@@ -226,7 +226,7 @@ fn merge_list(mine: &mut Vec<toml::Value>, theirs: &[toml::Value]) {
     }
 }
 
-/// Curve files and programs are named relative to the case; the lock file lies elsewhere.
+/// Curve files, meshes and programs are named relative to the case; the lock file lies elsewhere.
 fn make_absolute(lock: &mut toml::Table, case: &Path) {
     let absolute = |value: &mut toml::Value| {
         if let toml::Value::String(file) = value {
@@ -238,8 +238,9 @@ fn make_absolute(lock: &mut toml::Table, case: &Path) {
         let tables = references.iter_mut().filter_map(toml::Value::as_table_mut);
         tables.filter_map(|table| table.get_mut("curve")).for_each(absolute);
     }
-    let solid = lock.get_mut("solid").and_then(toml::Value::as_table_mut);
-    solid.and_then(|solid| solid.get_mut("program")).into_iter().for_each(absolute);
+    if let Some(solid) = lock.get_mut("solid").and_then(toml::Value::as_table_mut) {
+        ["program", "mesh"].iter().for_each(|key| solid.get_mut(*key).into_iter().for_each(absolute));
+    }
 }
 
 fn absent_processes(shared: &Shared) -> Vec<LeftOut> {

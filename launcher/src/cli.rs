@@ -1,7 +1,7 @@
 //! The command line.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
@@ -42,6 +42,16 @@ enum Command {
         /// A coupled case for it; without one a rigid wall beside water.
         #[arg(long)]
         case: Option<PathBuf>,
+    },
+    /// Writes the solid of a case as an input deck for CalculiX, for an independent check.
+    ///
+    /// Example: tidewall export cases/cantilever/case.toml cantilever.inp
+    Export {
+        #[command(flatten)]
+        case: CaseArguments,
+
+        /// File to write (.inp).
+        file: PathBuf,
     },
     /// Writes report.html again, or one page comparing several runs.
     ///
@@ -102,6 +112,7 @@ pub fn main() -> ExitCode {
                 result
             })
         }
+        Command::Export { case, file } => export(&case, &file),
         Command::Report { runs } => report::command(&runs).map(|page| println!("{}", page.display())),
     };
     match result {
@@ -116,6 +127,25 @@ pub fn main() -> ExitCode {
             ExitCode::from(failure.class.exit_code())
         }
     }
+}
+
+/// Has the solid write the deck; what it refuses it says itself.
+fn export(arguments: &CaseArguments, file: &Path) -> Result<(), Failure> {
+    let program = check::sibling("solid-fem");
+    let options = arguments.options();
+    let options = options.iter().flat_map(|option| ["--set", option]);
+    let status = std::process::Command::new(&program)
+        .arg("--export")
+        .arg(&arguments.case)
+        .arg(file)
+        .args(options)
+        .status()
+        .map_err(|error| {
+            let what = format!("cannot start {}: {error}", program.display());
+            Failure::new(FailureClass::Resource, "tidewall", "export", what)
+        })?;
+    let failed = || Failure::new(FailureClass::Case, "tidewall", "export", String::new());
+    if status.success() { Ok(()) } else { Err(failed()) }
 }
 
 /// Checks a case; mistakes are printed here, with the lines they stand in.

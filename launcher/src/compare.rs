@@ -241,6 +241,7 @@ pub fn unit_of(column: &str) -> String {
         "nm" => "N m".to_owned(),
         "ns" => "N s".to_owned(),
         "m3" => "m3".to_owned(),
+        "hz" => "Hz".to_owned(),
         _ => String::new(),
     }
 }

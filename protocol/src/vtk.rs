@@ -25,7 +25,7 @@ pub enum Cells<'a> {
     Vertices,
     /// Cells of one kind (`.vtu`).
     Uniform {
-        /// VTK cell type: 5 triangle, 9 quadrilateral, 10 tetrahedron, 12 hexahedron.
+        /// VTK cell type: 5 triangle, 9 quadrilateral, 10 tetrahedron, 12 hexahedron; quadratic 22, 23, 24, 25.
         kind: u8,
         /// Nodes per cell.
         nodes: usize,

@@ -2,13 +2,15 @@
 
 use protocol::phases::PhaseClock;
 
-use crate::assembly::Assembly;
+use crate::assembly::{Assembly, At};
 use crate::error::Trouble;
-use crate::integrator::Coefficients;
+use crate::integrator::{Coefficients, Integrator};
 use crate::linear::block_matrix::BlockMatrix;
 use crate::linear::vector::Summation;
 use crate::linear::{LinearMethod, LinearSolver};
 use crate::load::{Loads, When};
+use crate::scene::Scene;
+use crate::support::Supports;
 
 /// Newton iterations before an attempt is given up.
 const MAX_ITERATIONS: u32 = 25;
@@ -34,6 +36,15 @@ pub(crate) struct State {
     pub(crate) internal_force: Vec<f64>,
     /// N.
     pub(crate) external_force: Vec<f64>,
+    /// What the elements keep, `[elements, history]`.
+    pub(crate) history: Vec<f64>,
+}
+
+impl State {
+    /// For the elements.
+    pub(crate) fn at(&self) -> At<'_> {
+        At { displacement: &self.displacement, history: &self.history }
+    }
 }
 
 /// From where to where a step goes.
@@ -75,22 +86,31 @@ pub(crate) struct Body {
     pub(crate) trial: State,
     pub(crate) counts: Counts,
     pub(crate) clock: PhaseClock,
+    /// Which components do not move freely, `[n, D]`.
     pub(crate) fixed: Vec<bool>,
+    supports: Supports,
     stiffness: BlockMatrix,
     /// Of the last tangent; zero before the first.
     stiffness_diagonal: Vec<f64>,
     system: BlockMatrix,
     linear: LinearSolver,
     pub(crate) coefficients: Coefficients,
+    /// The internal force is that of the energy-momentum method.
+    is_conserving: bool,
+    /// The tangent is the same at every displacement: it is assembled once, and the internal force is K u.
+    is_linear: bool,
+    /// Mass-proportional part, 1/s.
     damping: f64,
+    /// Stiffness-proportional part b K of the unloaded body, N s/m.
+    stiffness_damping: Option<BlockMatrix>,
     /// Residual over the largest force at which a step is accepted.
     pub(crate) tolerance: f64,
     /// Residual over the largest force to aim for; between the two a residual is accepted once it falls no further.
     pub(crate) aim: f64,
     pub(crate) method: LinearMethod,
     tangent_serves: bool,
-    /// Factors of mass and stiffness the system was combined with.
-    combined: Option<(f64, f64)>,
+    /// Factors of mass, stiffness and stiffness-proportional damping the system was combined with.
+    combined: Option<[f64; 3]>,
     residual: Vec<f64>,
     increment: Vec<f64>,
     work: Vec<f64>,
@@ -110,12 +130,13 @@ struct Balance {
 
 impl Body {
     pub(crate) fn new(
+        scene: &Scene,
         assembly: Assembly,
         mass: BlockMatrix,
         loads: Loads,
-        fixed: Vec<bool>,
-        (coefficients, damping, tolerance): (Coefficients, f64, f64),
-    ) -> Self {
+        supports: Supports,
+    ) -> Result<Self, Trouble> {
+        let fixed = supports.fixed.clone();
         let zeros = || vec![0.0; fixed.len()];
         let state = State {
             time: 0.0,
@@ -124,10 +145,11 @@ impl Body {
             acceleration: zeros(),
             internal_force: zeros(),
             external_force: zeros(),
+            history: vec![0.0; assembly.history_len()],
         };
         let empty = BlockMatrix::zeros(&assembly.pattern);
-        Self {
-            linear: LinearSolver::new(&assembly.pattern),
+        let mut body = Self {
+            linear: LinearSolver::new(&assembly.pattern, &assembly.mesh.reference_position),
             trial: state.clone(),
             state,
             counts: Counts::default(),
@@ -135,10 +157,13 @@ impl Body {
             stiffness: empty.clone(),
             stiffness_diagonal: zeros(),
             system: empty,
-            coefficients,
-            damping,
-            tolerance,
-            aim: tolerance,
+            coefficients: scene.integrator.coefficients(),
+            is_conserving: scene.integrator == Integrator::EnergyMomentum,
+            is_linear: scene.substance.is_linear(),
+            damping: scene.damping,
+            stiffness_damping: None,
+            tolerance: scene.newton_tolerance,
+            aim: scene.newton_tolerance,
             method: LinearMethod::Cholesky,
             tangent_serves: false,
             combined: None,
@@ -151,7 +176,21 @@ impl Body {
             mass,
             loads,
             fixed,
+            supports,
+        };
+        if body.is_linear || scene.stiffness_damping > 0.0 {
+            body.assembly.tangent(body.state.at(), &mut body.stiffness)?;
         }
+        if scene.stiffness_damping > 0.0 {
+            let mut matrix = body.stiffness.clone();
+            matrix.values.iter_mut().for_each(|value| *value *= scene.stiffness_damping);
+            body.stiffness_damping = Some(matrix);
+        }
+        if body.is_linear {
+            body.stiffness.diagonal(&mut body.stiffness_diagonal);
+            body.tangent_serves = true;
+        }
+        Ok(body)
     }
 
     /// Runs one phase and books its time.
@@ -172,6 +211,7 @@ impl Body {
             trial.velocity[i] = state.velocity[i] + dt * state.acceleration[i];
         }
         trial.time = state.time + dt;
+        self.supports.move_to(trial);
         self.balance = Balance::default();
     }
 
@@ -181,38 +221,75 @@ impl Body {
         self.trial.velocity.fill(0.0);
         self.trial.acceleration.fill(0.0);
         self.trial.time = time;
+        self.supports.move_to(&mut self.trial);
         self.balance = Balance::default();
     }
 
-    /// Residual (1-af) (F1 - f1) + af (F0 - f0) - M [(1-am) a1 + am a0 + damping ((1-af) v1 + af v0)] at the trial
-    /// state, and its limit.
+    /// Residual (1-af) (F1 - f1) + af (F0 - f0) - M [(1-am) a1 + am a0] - C [(1-af) v1 + af v0] at the trial state, and
+    /// its limit; in the energy-momentum method its own force stands for (1-af) f1 + af f0.
     pub(crate) fn balance(&mut self, span: Span) -> Result<(), Trouble> {
-        let Coefficients { alpha_m, alpha_f, .. } = self.effective(span.dt);
+        let is_static = span.dt.is_infinite();
+        let alpha_f = self.effective(span.dt).alpha_f;
         let trial = &mut self.trial;
         self.loads.external_force(&trial.displacement, span.when, &mut trial.external_force);
-        self.assembly.internal_force(&trial.displacement, &mut trial.internal_force)?;
-        let is_static = span.dt.is_infinite();
+        self.find_internal_force()?;
         if is_static {
             self.increment.fill(0.0);
         } else {
-            for i in 0..self.fixed.len() {
-                let (new, old) = (trial.acceleration[i], self.state.acceleration[i]);
-                self.work[i] = (1.0 - alpha_m) * new + alpha_m * old;
-                let (new, old) = (trial.velocity[i], self.state.velocity[i]);
-                self.work[i] += self.damping * ((1.0 - alpha_f) * new + alpha_f * old);
-            }
-            self.mass.multiply(&self.work, &mut self.increment);
+            self.find_inertia(span);
         }
         let (trial, state) = (&self.trial, &self.state);
         for i in 0..self.fixed.len() {
             let new = trial.external_force[i] - trial.internal_force[i];
             let old = if is_static { 0.0 } else { state.external_force[i] - state.internal_force[i] };
             self.residual[i] = (1.0 - alpha_f) * new + alpha_f * old - self.increment[i];
-            if self.fixed[i] {
-                (self.residual[i], self.increment[i]) = (0.0, 0.0);
+        }
+        if self.is_conserving && !is_static {
+            self.assembly.conserving_force(&state.displacement, &trial.displacement, &mut self.work)?;
+            for i in 0..self.fixed.len() {
+                let blended = (1.0 - alpha_f) * trial.internal_force[i] + alpha_f * state.internal_force[i];
+                self.residual[i] += blended - self.work[i];
             }
         }
+        for i in (0..self.fixed.len()).filter(|&i| self.fixed[i]) {
+            (self.residual[i], self.increment[i]) = (0.0, 0.0);
+        }
         self.measure()
+    }
+
+    fn find_internal_force(&mut self) -> Result<(), Trouble> {
+        let State { displacement, history, internal_force, .. } = &mut self.trial;
+        if self.is_linear {
+            self.stiffness.multiply(displacement, internal_force);
+            return Ok(());
+        }
+        // What the elements keep is that of the last accepted state until the trial becomes it.
+        self.assembly.internal_force(
+            At { displacement, history: &self.state.history },
+            internal_force,
+            history,
+        )
+    }
+
+    /// Writes M [(1-am) a1 + am a0] + C [(1-af) v1 + af v0] into `increment`.
+    fn find_inertia(&mut self, span: Span) {
+        let Coefficients { alpha_m, alpha_f, .. } = self.effective(span.dt);
+        let (trial, state) = (&self.trial, &self.state);
+        let velocity = |i: usize| (1.0 - alpha_f) * trial.velocity[i] + alpha_f * state.velocity[i];
+        for i in 0..self.fixed.len() {
+            let (new, old) = (trial.acceleration[i], state.acceleration[i]);
+            self.work[i] = (1.0 - alpha_m) * new + alpha_m * old;
+            self.work[i] += self.damping * velocity(i);
+        }
+        self.mass.multiply(&self.work, &mut self.increment);
+        if let Some(damping) = &self.stiffness_damping {
+            // The residual is not yet made: it lends its room.
+            (0..self.fixed.len()).for_each(|i| self.work[i] = velocity(i));
+            damping.multiply(&self.work, &mut self.residual);
+            for i in 0..self.fixed.len() {
+                self.increment[i] += self.residual[i];
+            }
+        }
     }
 
     /// Norm of the residual and the limit it must fall below: the tolerance times the largest of the forces in balance,
@@ -240,7 +317,7 @@ impl Body {
         if !norm.is_finite() {
             return Err(Trouble::NonFinite);
         }
-        if iterations > 0 && norm > KEEP_TANGENT_BELOW * previous {
+        if iterations > 0 && norm > KEEP_TANGENT_BELOW * previous && !self.is_linear {
             self.tangent_serves = false;
         }
         if norm > limit && iterations >= MAX_ITERATIONS {
@@ -259,10 +336,11 @@ impl Body {
     pub(crate) fn assemble_tangent(&mut self, span: Span) -> Result<(), Trouble> {
         let Coefficients { alpha_m, alpha_f, gamma, beta } = self.effective(span.dt);
         let inertia = (1.0 - alpha_m) / (beta * span.dt * span.dt);
-        let damping = (1.0 - alpha_f) * gamma * self.damping / (beta * span.dt);
-        let factors = (inertia + damping, 1.0 - alpha_f);
+        let damping = (1.0 - alpha_f) * gamma / (beta * span.dt);
+        let factors = [inertia + damping * self.damping, 1.0 - alpha_f, damping];
         if !self.tangent_serves {
-            self.assembly.tangent(&self.trial.displacement, &mut self.stiffness)?;
+            let displacement = &self.trial.displacement;
+            self.assembly.tangent(At { displacement, history: &self.state.history }, &mut self.stiffness)?;
             self.stiffness.diagonal(&mut self.stiffness_diagonal);
             self.tangent_serves = true;
             self.combined = None;
@@ -271,7 +349,11 @@ impl Body {
         if self.combined != Some(factors) {
             let terms = self.mass.values.iter().zip(&self.stiffness.values);
             for (value, (mass, stiffness)) in self.system.values.iter_mut().zip(terms) {
-                *value = factors.0 * mass + factors.1 * stiffness;
+                *value = factors[0] * mass + factors[1] * stiffness;
+            }
+            if let Some(matrix) = &self.stiffness_damping {
+                let terms = self.system.values.iter_mut().zip(&matrix.values);
+                terms.for_each(|(value, damping)| *value += factors[2] * damping);
             }
             self.system.fix(&self.fixed);
             self.combined = Some(factors);
@@ -286,7 +368,7 @@ impl Body {
         self.counts.factorizations = self.linear.factorizations;
         self.counts.linear_iterations = self.linear.iterations;
         if result.is_err() {
-            self.tangent_serves = false;
+            self.tangent_serves = self.is_linear;
         }
         result
     }
@@ -333,6 +415,19 @@ impl Body {
         self.linear.solve(method, &self.system, &self.residual, &mut self.state.acceleration, 1e-12)
     }
 
+    /// Force of inertia and damping at the state, `[n, D]` N, for [`Self::product`].
+    pub(crate) fn find_inertia_of_state(&mut self) {
+        let state = &self.state;
+        for i in 0..self.fixed.len() {
+            self.increment[i] = state.acceleration[i] + self.damping * state.velocity[i];
+        }
+        self.mass.multiply(&self.increment, &mut self.work);
+        if let Some(damping) = &self.stiffness_damping {
+            damping.multiply(&state.velocity, &mut self.increment);
+            self.work.iter_mut().zip(&self.increment).for_each(|(work, damping)| *work += damping);
+        }
+    }
+
     /// Computes M x of a column of the state, `[n, D]`, for [`Self::product`].
     pub(crate) fn times_mass(&mut self, column: impl Fn(&State) -> &[f64]) {
         self.mass.multiply(column(&self.state), &mut self.work);
@@ -345,8 +440,10 @@ impl Body {
 
     /// Mass and stiffness for eigenvalues: assembles the tangent at the state, fixed components made identity.
     pub(crate) fn stiffness_at_state(&mut self) -> Result<&BlockMatrix, Trouble> {
-        self.assembly.tangent(&self.state.displacement, &mut self.stiffness)?;
-        self.tangent_serves = false;
+        if !self.is_linear {
+            self.assembly.tangent(self.state.at(), &mut self.stiffness)?;
+            self.tangent_serves = false;
+        }
         self.combined = None;
         self.system.values.copy_from_slice(&self.stiffness.values);
         self.system.fix(&self.fixed);
@@ -364,7 +461,7 @@ impl Body {
 
     /// After a change that makes kept tangents and factors useless.
     pub(crate) fn forget_tangent(&mut self) {
-        self.tangent_serves = false;
+        self.tangent_serves = self.is_linear;
         self.combined = None;
         self.linear.forget();
     }

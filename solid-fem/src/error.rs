@@ -7,6 +7,8 @@ use protocol::failure::{Failure, FailureClass};
 pub(crate) enum Trouble {
     /// det F <= 0 somewhere in the element.
     Inverted { element: usize, determinant: f64 },
+    /// The material law of the element has no answer.
+    Material { element: usize },
     /// The residual did not fall below the limit.
     Stalled { residual: f64, limit: f64, iterations: u32 },
     /// The tangent is not positive definite.
@@ -31,6 +33,16 @@ pub enum SolidError {
         element: usize,
         /// Determinant of the deformation gradient, must be above 0.
         determinant: f64,
+    },
+    /// The strain of an element is beyond its material law.
+    #[error("element {element} is strained beyond its material law at step {step}, t = {time_s:.6} s")]
+    MaterialFailed {
+        /// Step, 0 in the static start.
+        step: u64,
+        /// Time, s.
+        time_s: f64,
+        /// Element number.
+        element: usize,
     },
     /// Newton's method did not converge, not even in 1/256 of the step.
     #[error(
@@ -111,9 +123,18 @@ pub enum SceneError {
         /// What is allowed.
         range: &'static str,
     },
-    /// A face of the third dimension in 2-D, or wet and clamped at once.
+    /// A face that does not exist, or cannot do what it is named for.
     #[error("face {0} cannot be used here: {1}")]
-    Face(&'static str, &'static str),
+    Face(String, &'static str),
+    /// Supports that let the body move.
+    #[error("the supports leave the body free to {0}")]
+    Mechanism(&'static str),
+    /// Two settings that exclude each other.
+    #[error("{0}")]
+    Conflict(&'static str),
+    /// A point of a load outside the body.
+    #[error("the point {0:?} of a load lies outside the body")]
+    Point(Vec<f64>),
 }
 
 impl From<SceneError> for SolidError {
@@ -129,6 +150,7 @@ impl Trouble {
             Self::Inverted { element, determinant } => {
                 SolidError::InvertedElement { step, time_s, element, determinant }
             }
+            Self::Material { element } => SolidError::MaterialFailed { step, time_s, element },
             Self::Stalled { residual, limit, iterations } => {
                 SolidError::NewtonStalled { step, time_s, iterations, residual, limit }
             }
@@ -151,6 +173,8 @@ impl SolidError {
             Self::InvertedElement { step, time_s, determinant, .. } => numerical(step, time_s)
                 .with_value(determinant, 0.0)
                 .with_hint("the body is crushed: check young_modulus against the load, or use more elements"),
+            Self::MaterialFailed { step, time_s, .. } => numerical(step, time_s)
+                .with_hint("use more load steps or a smaller time step, or material = \"neo_hookean\""),
             Self::NewtonStalled { step, time_s, residual, limit, .. } => numerical(step, time_s)
                 .with_value(residual, limit)
                 .with_hint("try a smaller time step, or check the load for jumps"),

@@ -1,65 +1,73 @@
-//! Integration over facets in their current place.
+//! Integration over facets in their current place, by their own shape functions.
 
-use protocol::interface::Facets;
+use crate::cell::{Cell, MAX_NODES, Shape};
 
-/// Visits the integration points of one facet: shape functions, `[4]`, and outward area vector, m2 (m in 2-D).
-///
-/// `corners` are the current positions of its nodes, `[2..4]`; exact for loads and positions that vary as the shape
-/// functions do (on flat facets).
-pub(crate) fn for_each_point(corners: &[[f64; 3]], mut visit: impl FnMut(&[f64; 4], [f64; 3])) {
-    let gauss = 1.0 / 3.0f64.sqrt();
-    match corners.len() {
-        2 => {
-            let half = [0, 1].map(|i| 0.5 * (corners[1][i] - corners[0][i]));
-            for xi in [-gauss, gauss] {
-                visit(&[0.5 * (1.0 - xi), 0.5 * (1.0 + xi), 0.0, 0.0], [half[1], -half[0], 0.0]);
+/// Most nodes a facet has.
+pub(crate) const MAX_FACET_NODES: usize = 8;
+
+/// The quadrature of a facet.
+#[derive(Debug, Clone)]
+pub(crate) struct FacetRule {
+    nodes: usize,
+    is_segment: bool,
+    points: Vec<(Shape, f64)>,
+}
+
+impl FacetRule {
+    /// Exact for loads and positions that vary as the shape functions do (on flat facets).
+    pub(crate) fn new(facet: Cell) -> Self {
+        let points = facet.mass_rule().iter().map(|q| (facet.shape(&q.at), q.weight)).collect();
+        Self { nodes: facet.nodes(), is_segment: facet.dimension() == 1, points }
+    }
+
+    /// Nodes of the facet.
+    pub(crate) fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Visits the integration points of one facet: shape functions and outward area vector, m2 (m in 2-D).
+    ///
+    /// `position` are the current positions of its nodes.
+    #[inline]
+    pub(crate) fn for_each_point(
+        &self,
+        position: &[[f64; 3]; MAX_FACET_NODES],
+        mut visit: impl FnMut(&[f64; MAX_NODES], [f64; 3]),
+    ) {
+        for (shape, weight) in &self.points {
+            let mut along = [[0.0; 3]; 2];
+            for (position, derivative) in position.iter().zip(&shape.derivative).take(self.nodes) {
+                for i in 0..3 {
+                    along[0][i] += position[i] * derivative[0];
+                    along[1][i] += position[i] * derivative[1];
+                }
             }
-        }
-        3 => {
-            let area =
-                cross(minus(&corners[1], &corners[0]), minus(&corners[2], &corners[0])).map(|c| c / 6.0);
-            for lone in 0..3 {
-                let mut shape = [1.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0, 0.0];
-                shape[lone] = 2.0 / 3.0;
-                visit(&shape, area);
-            }
-        }
-        _ => {
-            for (xi, eta) in [(-gauss, -gauss), (gauss, -gauss), (gauss, gauss), (-gauss, gauss)] {
-                let (left, right, down, up) = (1.0 - xi, 1.0 + xi, 1.0 - eta, 1.0 + eta);
-                let shape = [left * down, right * down, right * up, left * up].map(|n| 0.25 * n);
-                let along_xi = [-down, down, up, -up].map(|n| 0.25 * n);
-                let along_eta = [-left, -right, right, left].map(|n| 0.25 * n);
-                visit(&shape, cross(combine(corners, &along_xi), combine(corners, &along_eta)));
-            }
+            let [t, s] = along;
+            let area = if self.is_segment { [t[1], -t[0], 0.0] } else { cross(t, s) };
+            visit(&shape.value, area.map(|component| weight * component));
         }
     }
 }
 
-/// Current positions of the nodes of a facet; `node_of` turns the facet's node numbers into those of the mesh.
-pub(crate) fn corners(
-    facets: &Facets,
-    facet: usize,
+/// Current positions of the nodes of a facet.
+#[inline]
+pub(crate) fn positions(
+    nodes: &[usize],
     dimension: usize,
-    node_of: impl Fn(usize) -> usize,
     coordinate: impl Fn(usize) -> f64,
-) -> ([[f64; 3]; 4], usize) {
-    let mut corners = [[0.0; 3]; 4];
-    let nodes = facets.facet(facet);
-    for (corner, &node) in corners.iter_mut().zip(nodes) {
+) -> [[f64; 3]; MAX_FACET_NODES] {
+    let mut positions = [[0.0; 3]; MAX_FACET_NODES];
+    for (position, &node) in positions.iter_mut().zip(nodes) {
         for axis in 0..dimension {
-            corner[axis] = coordinate(node_of(node) * dimension + axis);
+            position[axis] = coordinate(node * dimension + axis);
         }
     }
-    (corners, nodes.len())
+    positions
 }
 
-fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn combine(corners: &[[f64; 3]], weights: &[f64; 4]) -> [f64; 3] {
-    std::array::from_fn(|i| corners.iter().zip(weights).map(|(corner, weight)| corner[i] * weight).sum())
+/// Length of a vector.
+pub(crate) fn norm(a: [f64; 3]) -> f64 {
+    (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
 }
 
 /// a x b.

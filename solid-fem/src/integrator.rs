@@ -1,8 +1,10 @@
-//! Time integration of M a + f(u) = F: generalised-alpha and Newmark.
+//! Time integration of M a + C v + f(u) = F: generalised-alpha, Newmark and the energy-momentum method.
 //!
-//! Both are M [(1-am) a1 + am a0] + (1-af) f(u1) + af f(u0) = (1-af) F1 + af F0 with Newmark's
+//! The first two are M [(1-am) a1 + am a0] + (1-af) f(u1) + af f(u0) = (1-af) F1 + af F0 with Newmark's
 //! u1 = u0 + dt v0 + dt2 [(1/2-beta) a0 + beta a1], v1 = v0 + dt [(1-gamma) a0 + gamma a1]. The load is blended like
-//! the internal force: that keeps the stability limit of the coupling.
+//! the internal force: that keeps the stability limit of the coupling. The last is M (v1-v0)/dt + f_mid = (F0 + F1)/2
+//! with u1-u0 = dt (v0+v1)/2, f_mid of [`crate::element::Element::conserving_force`]; its acceleration is (v1-v0)/dt, the
+//! mean over the step. It keeps energy and momenta for St.Venant-Kirchhoff, at any step.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +25,8 @@ pub enum Integrator {
         /// At least (gamma + 1/2)^2 / 4 for unconditional stability.
         beta: f64,
     },
+    /// Simo and Tarnow's: second order, keeps energy and angular momentum.
+    EnergyMomentum,
 }
 
 /// The four numbers of the scheme.
@@ -65,6 +69,8 @@ impl Integrator {
                 }
             }
             Self::Newmark { gamma, beta } => Coefficients { alpha_m: 0.0, alpha_f: 0.0, gamma, beta },
+            // The midpoint rule, written for the mean acceleration of the step.
+            Self::EnergyMomentum => Coefficients { alpha_m: 0.0, alpha_f: 0.5, gamma: 1.0, beta: 0.5 },
         }
     }
 

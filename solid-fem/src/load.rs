@@ -3,9 +3,14 @@
 use protocol::case::interpolate;
 use protocol::interface::Facets;
 
-use crate::facet::{corners, for_each_point};
+use crate::cell::Cell;
+use crate::element::Kinematics;
+use crate::error::SceneError;
+use crate::facet::{FacetRule, norm, positions};
 use crate::linear::block_matrix::BlockMatrix;
-use crate::scene::{FaceLoadKind, Scene};
+use crate::mesh::Mesh;
+use crate::probe::Probe;
+use crate::scene::{FaceLoadKind, PointLoad, Scene};
 
 /// The load at the end of a step, as it comes from the coupler.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +51,12 @@ pub(crate) struct Loads {
     weight: Vec<f64>,
     weight_table: Vec<(f64, f64)>,
     own: Vec<Own>,
+    points: Vec<(PointLoad, Probe)>,
+    /// Quadrature of the body's own facets, and of those of the interface.
+    rule: FacetRule,
+    interface_rule: FacetRule,
+    /// Pressure stays on the reference area.
+    is_linear: bool,
     /// Wet facets in interface node numbers, the mesh node of each interface node, the marker of each facet corner.
     facets: Facets,
     interface_node: Vec<usize>,
@@ -59,18 +70,19 @@ pub(crate) struct Loads {
 #[derive(Debug, Clone)]
 struct Own {
     load: crate::scene::FaceLoad,
-    facets: Facets,
+    facets: Vec<usize>,
     dead: Vec<f64>,
 }
 
 impl Loads {
     pub(crate) fn new(
         scene: &Scene,
+        mesh: &Mesh,
         mass: &BlockMatrix,
         (facets, interface_node): (Facets, Vec<usize>),
-    ) -> Self {
-        let dimension = scene.grid.dimension;
-        let reference_position = scene.grid.reference_position();
+    ) -> Result<Self, SceneError> {
+        let dimension = mesh.dimension;
+        let reference_position = mesh.reference_position.clone();
         let gravity: Vec<f64> =
             (0..reference_position.len()).map(|component| scene.gravity[component % dimension]).collect();
         let mut weight = vec![0.0; gravity.len()];
@@ -87,12 +99,21 @@ impl Loads {
             nodal: vec![0.0; interface_node.len() * dimension],
             traction: vec![0.0; markers.len() * dimension],
         };
+        let interface_facet = match (dimension, facets.nodes_per_facet) {
+            (2, _) => Cell::Segment2,
+            (_, 3) => Cell::Triangle3,
+            _ => Cell::Quadrilateral4,
+        };
         let mut loads = Self {
             dimension,
             reference_position,
             weight,
             weight_table: scene.gravity_table.clone(),
             own: Vec::new(),
+            points: Vec::new(),
+            rule: FacetRule::new(mesh.cell.facet()),
+            interface_rule: FacetRule::new(interface_facet),
+            is_linear: scene.substance.kinematics == Kinematics::Linear,
             facets,
             interface_node,
             marker,
@@ -100,13 +121,27 @@ impl Loads {
             end: interface,
             has_traction: false,
         };
+        loads.add_own(scene, mesh)?;
+        Ok(loads)
+    }
+
+    fn add_own(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), SceneError> {
         for load in &scene.loads {
-            let facets = scene.grid.facets(&[load.face], scene.element.is_simplex());
+            let named = mesh.face(&load.face);
+            let facets = named.map(|face| face.facets.clone()).filter(|facets| !facets.is_empty());
+            let facets = facets.ok_or_else(|| {
+                SceneError::Face(load.face.clone(), "a load needs a face with facets, not a set of nodes")
+            })?;
             let mut own = Own { load: load.clone(), facets, dead: Vec::new() };
-            own.dead = loads.dead_force(&own);
-            loads.own.push(own);
+            own.dead = self.dead_force(&own);
+            self.own.push(own);
         }
-        loads
+        for load in &scene.point_loads {
+            let probe = Probe::at(mesh, &load.point);
+            let probe = probe.ok_or_else(|| SceneError::Point(load.point.clone()))?;
+            self.points.push((load.clone(), probe));
+        }
+        Ok(())
     }
 
     /// Numbers a load must have: nodal forces, tractions.
@@ -158,10 +193,18 @@ impl Loads {
         for own in &self.own {
             let factor = when.own * own.load.factor(when.time);
             match own.load.kind {
-                FaceLoadKind::FollowerPressure(pressure) => {
+                FaceLoadKind::FollowerPressure(pressure) if !self.is_linear => {
                     self.add_pressure(&own.facets, factor * pressure, displacement, force);
                 }
                 _ => force.iter_mut().zip(&own.dead).for_each(|(force, dead)| *force += factor * dead),
+            }
+        }
+        for (load, probe) in &self.points {
+            let factor = when.own * interpolate(&load.table, when.time);
+            for &(node, weight) in &probe.weights {
+                for axis in 0..d {
+                    force[node * d + axis] += factor * weight * load.force[axis];
+                }
             }
         }
         for (i, &node) in self.interface_node.iter().enumerate() {
@@ -175,13 +218,11 @@ impl Loads {
         }
     }
 
-    fn add_pressure(&self, facets: &Facets, pressure: f64, displacement: &[f64], force: &mut [f64]) {
+    fn add_pressure(&self, facets: &[usize], pressure: f64, displacement: &[f64], force: &mut [f64]) {
         let d = self.dimension;
         let coordinate = |c: usize| self.reference_position[c] + displacement[c];
-        for facet in 0..facets.len() {
-            let (corners, count) = corners(facets, facet, d, |node| node, coordinate);
-            let nodes = facets.facet(facet);
-            for_each_point(&corners[..count], |shape, area| {
+        for nodes in facets.chunks_exact(self.rule.nodes()) {
+            self.rule.for_each_point(&positions(nodes, d, coordinate), |shape, area| {
                 for (&node, shape) in nodes.iter().zip(shape) {
                     for axis in 0..d {
                         force[node * d + axis] -= shape * pressure * area[axis];
@@ -193,18 +234,20 @@ impl Loads {
 
     fn add_traction(&self, fraction: f64, displacement: &[f64], force: &mut [f64]) {
         let d = self.dimension;
-        let coordinate = |c: usize| self.reference_position[c] + displacement[c];
+        let coordinate = |c: usize| {
+            let node = self.interface_node[c / d] * d + c % d;
+            self.reference_position[node] + displacement[node]
+        };
         let traction = |marker: usize, axis: usize| {
             let (a, b) = (self.start.traction[marker * d + axis], self.end.traction[marker * d + axis]);
             a + fraction * (b - a)
         };
+        let count = self.facets.nodes_per_facet;
         for facet in 0..self.facets.len() {
-            let (corners, count) =
-                corners(&self.facets, facet, d, |node| self.interface_node[node], coordinate);
             let nodes = self.facets.facet(facet);
             let markers = &self.marker[facet * count..(facet + 1) * count];
-            for_each_point(&corners[..count], |shape, area| {
-                let area = (area[0] * area[0] + area[1] * area[1] + area[2] * area[2]).sqrt();
+            self.interface_rule.for_each_point(&positions(nodes, d, coordinate), |shape, area| {
+                let area = norm(area);
                 for axis in 0..d {
                     let here: f64 =
                         markers.iter().zip(shape).map(|(&m, shape)| shape * traction(m, axis)).sum();
@@ -219,19 +262,18 @@ impl Loads {
     fn dead_force(&self, own: &Own) -> Vec<f64> {
         let d = self.dimension;
         let mut force = vec![0.0; self.reference_position.len()];
-        let at_rest = vec![0.0; force.len()];
         match own.load.kind {
-            FaceLoadKind::FollowerPressure(_) => return Vec::new(),
-            FaceLoadKind::DeadPressure(pressure) => {
+            FaceLoadKind::FollowerPressure(_) if !self.is_linear => return Vec::new(),
+            FaceLoadKind::FollowerPressure(pressure) | FaceLoadKind::DeadPressure(pressure) => {
+                let at_rest = vec![0.0; force.len()];
                 self.add_pressure(&own.facets, pressure, &at_rest, &mut force);
             }
             FaceLoadKind::DeadTraction(traction) => {
-                for facet in 0..own.facets.len() {
-                    let coordinate = |c: usize| self.reference_position[c];
-                    let (corners, count) = corners(&own.facets, facet, d, |node| node, coordinate);
-                    for_each_point(&corners[..count], |shape, area| {
-                        let area = (area[0] * area[0] + area[1] * area[1] + area[2] * area[2]).sqrt();
-                        for (&node, shape) in own.facets.facet(facet).iter().zip(shape) {
+                for nodes in own.facets.chunks_exact(self.rule.nodes()) {
+                    let place = positions(nodes, d, |c| self.reference_position[c]);
+                    self.rule.for_each_point(&place, |shape, area| {
+                        let area = norm(area);
+                        for (&node, shape) in nodes.iter().zip(shape) {
                             for axis in 0..d {
                                 force[node * d + axis] += shape * traction[axis] * area;
                             }

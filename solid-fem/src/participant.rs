@@ -10,8 +10,10 @@ use protocol::interface::{ActingLoad, Contract};
 use protocol::link::{Expect, Link, LinkError, Transport, agree};
 use protocol::participant::{Context, Participant, Program, not_my_part};
 
-use crate::case::{Settings, check};
+use crate::case::{Analysis, Settings, check};
+use crate::linear::LinearMethod;
 use crate::load::Load;
+use crate::modes::Mode;
 use crate::recorder::Recorder;
 use crate::solid::Solid;
 
@@ -40,6 +42,8 @@ struct Running {
     solid: Solid,
     recorder: Recorder,
     coupler: Option<CouplerLink>,
+    /// The modes, for an analysis that asks for them.
+    modes: Vec<Mode>,
 }
 
 /// The data link to the coupler and the last load that came over it.
@@ -69,6 +73,20 @@ impl FemSolid {
         Ok(Self { shared, settings, context: context.clone(), running: None })
     }
 
+    fn mode_count(&self) -> usize {
+        self.shared.time.end.round().max(1.0) as usize
+    }
+
+    /// Says in the log how the linear systems are solved, and why.
+    fn announce(&self, solid: &Solid) {
+        let dt = self.shared.time.max_dt;
+        let is_dynamic = self.settings.analysis == Analysis::Dynamic;
+        let method = if is_dynamic { solid.linear_method(dt) } else { LinearMethod::Cholesky };
+        let courant = solid.courant(dt);
+        let unknowns = solid.displacement().len();
+        tracing::info!(courant, unknowns, method = method.name(), "linear solver chosen by c dt / h");
+    }
+
     fn running(&mut self) -> Result<&mut Running, Failure> {
         self.running.as_mut().ok_or_else(|| Failure::new(FailureClass::Bug, NAME, "order", "not started yet"))
     }
@@ -77,7 +95,11 @@ impl FemSolid {
 impl Participant for FemSolid {
     fn start(&mut self, start: &Start, transport: &mut dyn Transport) -> Result<Ready, Failure> {
         let scene = self.settings.scene.clone();
-        let solid = if self.settings.is_static { Solid::new_at_weight(scene) } else { Solid::new(scene) };
+        let solid = match self.settings.analysis {
+            Analysis::Dynamic if self.settings.starts_unloaded => Solid::new_unloaded(scene),
+            Analysis::Dynamic => Solid::new(scene),
+            Analysis::Static | Analysis::Modes => Solid::new_at_weight(scene),
+        };
         let mut solid = solid.map_err(|error| error.into_failure("static_start"))?;
         let coupler = match start.surface_nodes.filter(|_| self.shared.fluid.is_some()) {
             None => None,
@@ -93,14 +115,20 @@ impl Participant for FemSolid {
             }
         };
         let mut recorder = Recorder::create(&self.shared, &self.context.folder, &solid)?;
-        recorder.record(0.0, &mut solid)?;
+        let mut modes = Vec::new();
+        if self.settings.analysis == Analysis::Modes {
+            modes = solid.modes(self.mode_count()).map_err(|error| error.into_failure("modes"))?;
+        } else {
+            recorder.record(0.0, &mut solid)?;
+        }
+        self.announce(&solid);
         let count = |name: &str, count: usize| (name.to_owned(), count as u64);
         let counts = BTreeMap::from([
             count("solid_nodes", solid.mesh().node_count()),
             count("solid_elements", solid.mesh().element_count()),
         ]);
         let admitted_dt = solid.admitted_dt();
-        self.running = Some(Running { solid, recorder, coupler });
+        self.running = Some(Running { solid, recorder, coupler, modes });
         Ok(Ready { counts, admitted_dt })
     }
 
@@ -111,7 +139,11 @@ impl Participant for FemSolid {
             Part::Save => running.solid.save(),
             Part::Restore => running.solid.restore(),
             Part::Record => {
-                running.recorder.record(at.time, &mut running.solid)?;
+                let Running { solid, recorder, modes, .. } = running;
+                match mode_of(modes, at.time) {
+                    Some(mode) => recorder.record_mode(at.time.round(), mode, solid.mesh().dimension)?,
+                    None => recorder.record(at.time, solid)?,
+                }
                 return Ok(StepReport { shown: running.recorder.shown(), ..StepReport::unlimited() });
             }
             other => return Err(not_my_part(other)),
@@ -120,8 +152,13 @@ impl Participant for FemSolid {
     }
 
     fn output(&mut self, frame: u32, at: StepTime) -> Result<(), Failure> {
-        let running = self.running()?;
-        running.recorder.output(frame, at.time, &running.solid)
+        let Running { solid, recorder, modes, .. } = self.running()?;
+        match mode_of(modes, at.time) {
+            Some(mode) => recorder.output_mode(at.time.round(), mode, solid),
+            // Before the first mode there is nothing to show.
+            None if !modes.is_empty() => Ok(()),
+            None => recorder.output(frame, at.time, solid),
+        }
     }
 
     fn account(&self) -> Account {
@@ -145,21 +182,37 @@ impl Participant for FemSolid {
 impl FemSolid {
     /// Takes the load, advances, gives the motion back.
     fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        let is_static = self.settings.is_static;
-        let Running { solid, coupler, .. } = self.running()?;
+        let is_static = self.settings.analysis == Analysis::Static;
+        let folder = self.context.folder.clone();
+        let Running { solid, recorder, coupler, modes } = self.running()?;
+        if !modes.is_empty() {
+            // The modes are known from the start.
+            return Ok(StepReport::unlimited());
+        }
         let lost = |error: LinkError| error.into_failure(NAME, at.step, at.time, "exchange");
         let load = match coupler {
             Some(coupler) => coupler.receive_load(at).map_err(lost)?,
             None => Load::None,
         };
         let done = if is_static { solid.advance_static(at.dt, load) } else { solid.advance(at.dt, load) };
-        let done = done.map_err(|error| error.into_failure("advance").at(at.step, at.time))?;
+        let done = match done {
+            Ok(done) => done,
+            Err(error) => {
+                recorder.last_good(&folder, solid)?;
+                return Err(error.into_failure("advance").at(at.step, at.time));
+            }
+        };
         if let Some(coupler) = coupler {
             coupler.send_motion(at, solid).map_err(lost)?;
         }
         let admitted_dt = solid.admitted_dt();
         Ok(StepReport { admitted_dt, substeps: done.substeps, ..StepReport::default() })
     }
+}
+
+/// The mode whose number the time is.
+fn mode_of(modes: &[Mode], time: f64) -> Option<&Mode> {
+    modes.get((time.round() as usize).checked_sub(1)?)
 }
 
 impl CouplerLink {

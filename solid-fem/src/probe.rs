@@ -1,7 +1,14 @@
 //! A point of the body, embedded by the shape functions of the element it lies in.
 
-use crate::box_grid::BoxGrid;
-use crate::mesh::path;
+use crate::cell::{Cell, MAX_NODES};
+use crate::element::kinematics::inverse;
+use crate::mesh::Mesh;
+
+/// How far outside its element, in own coordinates, a point may lie.
+const SLACK: f64 = 1e-6;
+
+/// Newton iterations for the own coordinates; one is enough in parallelepipeds and straight simplices.
+const ITERATIONS: usize = 20;
 
 /// Nodes and weights that give any nodal quantity at the point.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,43 +18,16 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// The probe at a reference position, m; `None` outside the body (a millionth of its size is forgiven).
-    pub fn at(grid: &BoxGrid, is_simplex: bool, position: &[f64]) -> Option<Self> {
-        let (mut cell, mut xi) = ([0usize; 3], [0.0; 3]);
-        for axis in 0..grid.dimension {
-            let along = (position[axis] - grid.minimum[axis]) / grid.extent(axis);
-            if !(-1e-6..=1.0 + 1e-6).contains(&along) {
-                return None;
-            }
-            let along = along.clamp(0.0, 1.0) * grid.cells[axis] as f64;
-            cell[axis] = (along.floor() as usize).min(grid.cells[axis] - 1);
-            xi[axis] = along - cell[axis] as f64;
-        }
-        Some(if is_simplex { Self::in_simplex(grid, cell, xi) } else { Self::in_box(grid, cell, xi) })
-    }
-
-    /// Products of linear functions.
-    fn in_box(grid: &BoxGrid, cell: [usize; 3], xi: [f64; 3]) -> Self {
-        let corner = |corner: usize| {
-            let offset = [corner & 1, corner >> 1 & 1, corner >> 2];
-            let factor = |axis: usize| if offset[axis] == 1 { xi[axis] } else { 1.0 - xi[axis] };
-            let weight = (0..grid.dimension).map(factor).product();
-            (grid.node([0, 1, 2].map(|axis| cell[axis] + offset[axis])), weight)
-        };
-        Self { weights: (0..1 << grid.dimension).map(corner).collect() }
-    }
-
-    /// The simplex whose path takes the axes in the order of the distance gone along them.
-    fn in_simplex(grid: &BoxGrid, cell: [usize; 3], xi: [f64; 3]) -> Self {
-        let gone = |axis: usize| if cell[axis] % 2 == 1 { 1.0 - xi[axis] } else { xi[axis] };
-        let mut axes: Vec<usize> = (0..grid.dimension).collect();
-        axes.sort_by(|&a, &b| gone(b).total_cmp(&gone(a)));
-        let ends = |order: usize| match order {
-            0 => 1.0,
-            _ => axes.get(order - 1).map_or(0.0, |&axis| gone(axis)),
-        };
-        let nodes = path(grid, cell, &axes).enumerate();
-        Self { weights: nodes.map(|(order, node)| (node, ends(order) - ends(order + 1))).collect() }
+    /// The probe at a reference position, m; `None` outside the body (a millionth of an element is forgiven).
+    pub fn at(mesh: &Mesh, position: &[f64]) -> Option<Self> {
+        (0..mesh.element_count()).filter(|&element| is_near(mesh, element, position)).find_map(|element| {
+            let own = match mesh.dimension {
+                2 => own_coordinates::<2>(mesh, element, position),
+                _ => own_coordinates::<3>(mesh, element, position),
+            }?;
+            let value = mesh.cell.shape(&own).value;
+            Some(Self { weights: mesh.element(element).iter().copied().zip(value).collect() })
+        })
     }
 
     /// A nodal quantity `[n, D]` at the point; components beyond D are 0.
@@ -62,21 +42,72 @@ impl Probe {
     }
 }
 
+/// Whether the point lies in the box around the element, widened by half.
+fn is_near(mesh: &Mesh, element: usize, position: &[f64]) -> bool {
+    let d = mesh.dimension;
+    (0..d).all(|axis| {
+        let along = mesh.element(element).iter().map(|&node| mesh.reference_position[node * d + axis]);
+        let (low, high) =
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let slack = 0.1 * (high - low);
+        (low - slack..=high + slack).contains(&position[axis])
+    })
+}
+
+/// Own coordinates of a point by Newton's method; `None` outside the element.
+fn own_coordinates<const D: usize>(mesh: &Mesh, element: usize, position: &[f64]) -> Option<[f64; 3]> {
+    let nodes = mesh.element(element);
+    let mut own = [0.0; 3];
+    for _ in 0..ITERATIONS {
+        let shape = mesh.cell.shape(&own);
+        let mut distance: [f64; D] = std::array::from_fn(|i| position[i]);
+        let mut jacobian = [[0.0; D]; D];
+        for (a, &node) in nodes.iter().enumerate().take(MAX_NODES) {
+            for i in 0..D {
+                let x = mesh.reference_position[node * D + i];
+                distance[i] -= shape.value[a] * x;
+                for j in 0..D {
+                    jacobian[i][j] += shape.derivative[a][j] * x;
+                }
+            }
+        }
+        let inverse = inverse(&jacobian);
+        let step: [f64; D] = std::array::from_fn(|i| (0..D).map(|j| inverse[i][j] * distance[j]).sum());
+        (0..D).for_each(|i| own[i] += step[i]);
+        if step.iter().all(|step| step.abs() < 1e-13) {
+            break;
+        }
+    }
+    is_inside(mesh.cell, &own).then_some(own)
+}
+
+fn is_inside(cell: Cell, own: &[f64; 3]) -> bool {
+    let own = &own[..cell.dimension()];
+    if cell.is_simplex() {
+        own.iter().all(|&x| x >= -SLACK) && own.iter().sum::<f64>() <= 1.0 + SLACK
+    } else {
+        own.iter().all(|&x| x.abs() <= 1.0 + SLACK)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::box_grid::BoxGrid;
+    use crate::element::ElementKind;
 
     #[test]
     fn reproduces_linear_fields() {
-        let grid =
-            BoxGrid { dimension: 3, minimum: [1.0, 0.0, 0.0], maximum: [2.0, 3.0, 1.0], cells: [2, 3, 2] };
-        let field = grid.reference_position();
-        for is_simplex in [false, true] {
+        for kind in ElementKind::ALL {
+            let (minimum, maximum) = ([1.0, 0.0, 0.0], [2.0, 3.0, 1.0]);
+            let grid = BoxGrid { dimension: kind.dimension(), minimum, maximum, cells: [2, 3, 2] };
+            let mesh = Mesh::of_box(&grid, kind.cell());
+            let d = mesh.dimension;
             for position in [[1.0, 0.0, 0.0], [1.3, 2.9, 0.7], [2.0, 3.0, 1.0], [1.51, 1.1, 0.2]] {
-                let value = Probe::at(&grid, is_simplex, &position).unwrap().value(&field, 3);
-                (0..3).for_each(|i| assert!((value[i] - position[i]).abs() < 1e-14));
+                let value = Probe::at(&mesh, &position).unwrap().value(&mesh.reference_position, d);
+                (0..d).for_each(|i| assert!((value[i] - position[i]).abs() < 1e-13, "{kind:?} {value:?}"));
             }
-            assert_eq!(Probe::at(&grid, is_simplex, &[0.9, 0.0, 0.0]), None);
+            assert_eq!(Probe::at(&mesh, &[0.9, 0.0, 0.0]), None);
         }
     }
 }

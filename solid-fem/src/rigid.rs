@@ -55,7 +55,7 @@ fn read(case: &CaseFile) -> (Shared, Option<Body>) {
     let outline = shared.solid.as_ref().filter(|outline| outline.model == "rigid");
     let body = outline.zip(case.section("solid")).map(|(outline, section)| {
         let dimension = shared.header.dimension;
-        crate::case::skip_outline(&section, dimension);
+        crate::case::skip_outline(&section, dimension, false);
         let motion = section.inner("motion").map(|motion| Prescribed::read(&motion, dimension));
         let unused = section.pass_over(&crate::case::ELASTIC_KEYS);
         section.finish();

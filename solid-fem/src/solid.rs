@@ -11,8 +11,11 @@ use crate::halving;
 use crate::linear::LinearMethod;
 use crate::load::{Load, Loads, When};
 use crate::mesh::Mesh;
+use crate::modes::{self, Mode};
 use crate::scene::Scene;
 use crate::step;
+use crate::support::Supports;
+use crate::surface;
 
 /// A body under way.
 pub struct Solid {
@@ -21,6 +24,8 @@ pub struct Solid {
     /// Mesh node of each interface node.
     interface_node: Vec<usize>,
     body: Body,
+    /// m.
+    smallest_cell: f64,
     saved: Saved,
     retry: Saved,
 }
@@ -80,6 +85,16 @@ impl Solid {
         Ok(solid)
     }
 
+    /// The body as drawn, at rest; weight and own loads accelerate it from the start.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn new_unloaded(scene: Scene) -> Result<Self, SolidError> {
+        let mut solid = Self::in_reference(scene)?;
+        solid.body.balance_acceleration().map_err(|trouble| trouble.at(0, 0.0))?;
+        Ok(solid)
+    }
+
     /// The same without the acceleration: the start of static steps.
     ///
     /// # Errors
@@ -107,15 +122,18 @@ impl Solid {
     pub fn in_reference(scene: Scene) -> Result<Self, SolidError> {
         scene.check()?;
         let mesh = scene.mesh();
-        let element = scene.element.build(&mesh, scene.material());
+        let element = scene.element.build(&mesh, &scene.substance);
+        let supports = Supports::new(&scene, &mesh)?;
+        let (surface, interface_node) = surface::interface(&mesh, &scene.interface, scene.areal_mass());
         let assembly = Assembly::new(mesh, element);
         let mass = assembly.mass(scene.density);
-        let (surface, interface_node) =
-            scene.grid.surface(&scene.interface, scene.element.is_simplex(), scene.areal_mass());
-        let loads = Loads::new(&scene, &mass, (surface.facets.clone(), interface_node.clone()));
-        let settings = (scene.integrator.coefficients(), scene.damping, scene.newton_tolerance);
-        let body = Body::new(assembly, mass, loads, scene.fixed(), settings);
-        Ok(Self { scene, surface, interface_node, body, saved: Saved::default(), retry: Saved::default() })
+        let interface = (surface.facets.clone(), interface_node.clone());
+        let loads = Loads::new(&scene, &assembly.mesh, &mass, interface)?;
+        let body =
+            Body::new(&scene, assembly, mass, loads, supports).map_err(|trouble| trouble.at(0, 0.0))?;
+        let smallest_cell = scene.smallest_cell();
+        let (saved, retry) = (Saved::default(), Saved::default());
+        Ok(Self { scene, surface, interface_node, body, smallest_cell, saved, retry })
     }
 
     /// Gives the body a motion, `[n, D]` of the mesh in m and m/s, with the acceleration that balances the forces.
@@ -162,7 +180,7 @@ impl Solid {
     pub fn advance(&mut self, dt: f64, load: Load<'_>) -> Result<Advance, SolidError> {
         self.begin(dt, load)?;
         let start = self.body.state.time;
-        let courant = self.scene.wave_speed() / self.scene.smallest_cell();
+        let courant = self.courant(1.0);
         self.cross(dt, |body, from, to| {
             let part = dt * (to - from);
             body.method = LinearMethod::for_courant(courant * part);
@@ -234,8 +252,8 @@ impl Solid {
         f64::INFINITY
     }
 
-    /// Keeps the state and load for [`Self::restore`]. The enhanced strain parameters are functions of the
-    /// displacement, so they come back with it.
+    /// Keeps the state and load for [`Self::restore`], with what the elements keep. The enhanced strain parameters of
+    /// linear laws are functions of the displacement, so they come back with it.
     pub fn save(&mut self) {
         self.saved.state.clone_from(&self.body.state);
         self.body.loads.save(&mut self.saved.load);
@@ -292,7 +310,7 @@ impl Solid {
     /// Writes displacement m, velocity m/s and acceleration m/s2 of the interface nodes, one block `[n, D]` after the
     /// other: the motion message.
     pub fn write_interface_motion(&self, motion: &mut [f64]) {
-        let d = self.scene.grid.dimension;
+        let d = self.scene.dimension();
         let block = self.interface_node.len() * d;
         let columns = [self.displacement(), self.velocity(), self.acceleration()];
         for (target, column) in motion.chunks_exact_mut(block).zip(columns) {
@@ -302,19 +320,54 @@ impl Solid {
         }
     }
 
+    /// Which components of the mesh nodes are held, `[n, D]`.
+    pub fn fixed(&self) -> &[bool] {
+        &self.body.fixed
+    }
+
+    /// External force on the unloaded body at a time, `[n, D]` N.
+    pub fn external_force_at(&self, time: f64) -> Vec<f64> {
+        let mut force = vec![0.0; self.body.fixed.len()];
+        let when = When { time, fraction: 1.0, weight: 1.0, own: 1.0 };
+        self.body.loads.external_force(&vec![0.0; force.len()], when, &mut force);
+        force
+    }
+
     /// Energies at the present state.
     pub fn energies(&mut self) -> Energies {
         self.body.times_mass(|state| &state.velocity);
         let body = &self.body;
         let kinetic = 0.5 * dot(&body.state.velocity, body.product());
         let height: f64 = body.loads.weight_potential(&body.state.displacement, body.state.time);
-        Energies { kinetic, potential: height, strain: body.assembly.strain_energy(&body.state.displacement) }
+        Energies { kinetic, potential: height, strain: body.assembly.strain_energy(body.state.at()) }
     }
 
-    /// Force and moment of the supports on the body: M a + f - F at the fixed components (which have no velocity).
+    /// Angular momentum about the origin, kg m2/s (kg m/s in 2-D).
+    pub fn angular_momentum(&mut self) -> [f64; 3] {
+        self.body.times_mass(|state| &state.velocity);
+        let (d, position) = (self.scene.dimension(), &self.body.assembly.mesh.reference_position);
+        let mut total = [0.0; 3];
+        for node in 0..position.len() / d {
+            let (mut arm, mut momentum) = ([0.0; 3], [0.0; 3]);
+            for axis in 0..d {
+                arm[axis] = position[node * d + axis] + self.body.state.displacement[node * d + axis];
+                momentum[axis] = self.body.product()[node * d + axis];
+            }
+            let own = cross(arm, momentum);
+            (0..3).for_each(|i| total[i] += own[i]);
+        }
+        total
+    }
+
+    /// Cauchy stress at the mesh nodes, `[n]` xx yy zz xy yz zx Pa, the mean over the elements around.
+    pub fn nodal_stress(&self) -> Vec<[f64; 6]> {
+        self.body.assembly.nodal_stress(self.body.state.at())
+    }
+
+    /// Force and moment of the supports on the body: M a + C v + f - F at the components held.
     pub fn reaction(&mut self) -> Reaction {
-        self.body.times_mass(|state| &state.acceleration);
-        let (d, state, fixed) = (self.scene.grid.dimension, &self.body.state, &self.body.fixed);
+        self.body.find_inertia_of_state();
+        let (d, state, fixed) = (self.scene.dimension(), &self.body.state, &self.body.fixed);
         let position = &self.body.assembly.mesh.reference_position;
         let mut reaction = Reaction::default();
         for node in (0..fixed.len() / d).filter(|node| fixed[node * d..node * d + d].contains(&true)) {
@@ -335,18 +388,23 @@ impl Solid {
         reaction
     }
 
-    /// First natural frequency at the present state, Hz, by inverse iteration with the tangent stiffness.
+    /// The lowest natural vibrations about the present state, by the tangent stiffness.
     ///
     /// # Errors
     /// [`SolidError::NotPositiveDefinite`] for a body that buckles or is not supported.
-    pub fn first_frequency(&mut self) -> Result<f64, SolidError> {
+    pub fn modes(&mut self, count: usize) -> Result<Vec<Mode>, SolidError> {
         let time = self.time();
-        crate::frequency::first(&mut self.body).map_err(|trouble| trouble.at(self.body.counts.steps, time))
+        modes::lowest(&mut self.body, count).map_err(|trouble| trouble.at(self.body.counts.steps, time))
+    }
+
+    /// Courant number c dt / h of the longitudinal wave in the smallest cell.
+    pub fn courant(&self, dt: f64) -> f64 {
+        self.scene.wave_speed() * dt / self.smallest_cell
     }
 
     /// Which linear solver a time step leads to.
     pub fn linear_method(&self, dt: f64) -> LinearMethod {
-        LinearMethod::for_courant(self.scene.wave_speed() * dt / self.scene.smallest_cell())
+        LinearMethod::for_courant(self.courant(dt))
     }
 
     /// What the steps took so far.

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use solid_fem::box_grid::{BoxGrid, Face};
+use solid_fem::box_grid::BoxGrid;
 use solid_fem::element::ElementKind;
 use solid_fem::probe::Probe;
 use solid_fem::scene::{FaceLoad, FaceLoadKind, Scene};
@@ -54,7 +54,7 @@ fn a_column_carries_its_weight() {
         let mut scene = Scene::of_box(grid, 2000.0, 1e12, 0.0);
         scene.gravity = [0.0, -9.81, 0.0];
         let mut solid = Solid::new(scene).unwrap();
-        let probe = Probe::at(&grid, false, &[0.5, 2.0, 0.25]).unwrap();
+        let probe = Probe::at(solid.mesh(), &[0.5, 2.0, 0.25]).unwrap();
         let top = probe.value(solid.displacement(), dimension);
         assert_close(top[1], -2000.0 * 9.81 * 4.0 / (2.0 * 1e12), 1e-6, "top of the column");
         let volume = if dimension == 2 { 2.0 } else { 1.0 };
@@ -83,14 +83,14 @@ fn elastica() {
     let grid = BoxGrid { dimension: 2, minimum: [0.0; 3], maximum: [length, height, 0.0], cells: [80, 1, 1] };
     for (load, dy, dx) in ROWS {
         let mut scene = Scene::of_box(grid, 1000.0, modulus, 0.0);
-        scene.clamped = vec![Face::Left];
+        scene.clamped = vec!["left".to_owned()];
         let inertia = height * height * height / 12.0;
         let traction = load * modulus * inertia / (length * length) / height;
         let kind = FaceLoadKind::DeadTraction([0.0, -traction, 0.0]);
-        scene.loads = vec![FaceLoad { face: Face::Right, kind, table: Vec::new() }];
+        scene.loads = vec![FaceLoad { face: "right".to_owned(), kind, table: Vec::new() }];
         let solid = Solid::new_static(scene, 16).unwrap();
         let tip =
-            Probe::at(&grid, false, &[length, 0.5 * height, 0.0]).unwrap().value(solid.displacement(), 2);
+            Probe::at(solid.mesh(), &[length, 0.5 * height, 0.0]).unwrap().value(solid.displacement(), 2);
         assert!((-tip[1] / length - dy).abs() < 0.005 * dy, "{load}: dy {} {dy}", -tip[1]);
         assert!((-tip[0] / length - dx).abs() < 0.005 * dx.max(0.01), "{load}: dx {} {dx}", -tip[0]);
     }
@@ -106,10 +106,10 @@ fn turek_hron_csm1_and_csm2() {
         let grid =
             BoxGrid { dimension: 2, minimum: [0.0; 3], maximum: [0.35, 0.02, 0.0], cells: [140, 8, 1] };
         let mut scene = Scene::of_box(grid, 1000.0, 2.0 * 1.4 * shear, 0.4);
-        scene.clamped = vec![Face::Left];
+        scene.clamped = vec!["left".to_owned()];
         scene.gravity = [0.0, -2.0, 0.0];
         let solid = Solid::new_static(scene, 2).unwrap();
-        let tip = Probe::at(&grid, false, &[0.35, 0.01, 0.0]).unwrap().value(solid.displacement(), 2);
+        let tip = Probe::at(solid.mesh(), &[0.35, 0.01, 0.0]).unwrap().value(solid.displacement(), 2);
         assert_close(tip[0], ux, 0.02, "ux");
         assert_close(tip[1], uy, 0.01, "uy");
     }
@@ -130,12 +130,12 @@ fn hydrostatic_plate() {
         let expected = -load / (384.0 * bending) - shear;
         let grid = BoxGrid { dimension: 2, minimum: [0.0; 3], maximum: [1.0, 0.05, 0.0], cells: [80, 4, 1] };
         let mut scene = Scene::of_box(grid, 2700.0, modulus, ratio);
-        scene.clamped = vec![Face::Left, Face::Right];
+        scene.clamped = vec!["left".to_owned(), "right".to_owned()];
         scene.gravity = [0.0, -9.81, 0.0];
         let kind = FaceLoadKind::FollowerPressure(2.0 * 9810.0);
-        scene.loads = vec![FaceLoad { face: Face::Top, kind, table: Vec::new() }];
+        scene.loads = vec![FaceLoad { face: "top".to_owned(), kind, table: Vec::new() }];
         let solid = Solid::new_static(scene, 1).unwrap();
-        let middle = Probe::at(&grid, false, &[0.5, 0.025, 0.0]).unwrap().value(solid.displacement(), 2);
+        let middle = Probe::at(solid.mesh(), &[0.5, 0.025, 0.0]).unwrap().value(solid.displacement(), 2);
         assert_close(middle[1], expected, 0.015, "mid deflection");
     }
 }
@@ -146,9 +146,9 @@ fn hexahedra_between_rollers_are_plane_strain() {
     let tip = |dimension: usize, element| {
         let cells = [2, 6, 2];
         let mut scene = pressed(obstacle(dimension, cells, element), 400.0, true);
-        scene.poisson_ratio = 0.4;
+        scene.substance.poisson_ratio = 0.4;
         if dimension == 3 {
-            scene.rollers = vec![Face::Back, Face::Front];
+            scene.rollers = vec!["back".to_owned(), "front".to_owned()];
         }
         static_tip(scene, 2)
     };
@@ -161,7 +161,7 @@ fn hexahedra_between_rollers_are_plane_strain() {
 #[test]
 fn a_body_crushed_by_its_weight_is_an_error() {
     let mut scene = obstacle(2, [2, 16, 1], None);
-    scene.young_modulus = 100.0;
+    scene.substance.young_modulus = 100.0;
     scene.gravity = [0.0, -9.81, 0.0];
     assert!(Solid::new(scene).is_err());
 }

@@ -46,6 +46,8 @@ young_modulus = 1e6
 [[solid.load]]
 face = "left"
 pressure = 1.0
+[[solid.support]]
+face = "top"
 [coupling]
 scheme = "css"
 [time]

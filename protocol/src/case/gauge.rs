@@ -12,6 +12,8 @@ pub enum GaugeKind {
     },
     /// Solid: force (and moment about the origin) the support exerts (`fx_n`, ..., in 2-D per metre of depth).
     Reaction,
+    /// Solid: natural frequency of the mode of each step (`f_hz`), for analysis = "modes".
+    Frequency,
     /// Fluid: pressure at a point, also of a wall (`p_pa`).
     Pressure {
         /// `[D]` m.
@@ -47,7 +49,7 @@ impl GaugeKind {
     /// Whether the fluid records it; the solid records the others.
     pub fn is_of_fluid(&self) -> bool {
         match self {
-            Self::Displacement { .. } | Self::Reaction => false,
+            Self::Displacement { .. } | Self::Reaction | Self::Frequency => false,
             Self::Energy { of } => of == "fluid",
             _ => true,
         }
@@ -63,9 +65,10 @@ pub struct Gauge {
     pub kind: GaugeKind,
 }
 
-const KINDS: [&str; 9] = [
+const KINDS: [&str; 10] = [
     "displacement",
     "reaction",
+    "frequency",
     "pressure",
     "front",
     "water_level",
@@ -94,6 +97,7 @@ impl Gauge {
             let kind = match kind.as_str() {
                 "displacement" => GaugeKind::Displacement { point: point() },
                 "reaction" => GaugeKind::Reaction,
+                "frequency" => GaugeKind::Frequency,
                 "pressure" => GaugeKind::Pressure { point: point() },
                 "front" => {
                     let axis =

@@ -36,6 +36,6 @@ pub use scheme::Scheme;
 pub use section::Section;
 pub use shared::{
     BoxFace, BoxRegion, Domain, FluidOutline, Gravity, Header, Output, SECTIONS, Shared, SolidOutline,
-    TimeSettings, face_names, interpolate,
+    TimeSettings, face_names, interpolate, read_clamped,
 };
 pub use tree::Table;

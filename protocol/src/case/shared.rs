@@ -157,8 +157,10 @@ pub struct Output {
 pub struct SolidOutline {
     /// `fem` or `rigid`.
     pub model: String,
-    /// The unloaded body.
+    /// The unloaded body; all zero where a mesh file gives it and no water needs to know.
     pub region: BoxRegion,
+    /// Mesh file of the body, relative to the case, in place of a box of elements.
+    pub mesh: Option<String>,
     /// Elements along each axis.
     pub elements: Vec<usize>,
     /// Faces the water may touch.
@@ -244,7 +246,9 @@ impl Shared {
         let output = read_output(case);
         let gauges = Gauge::read_all(case, dimension);
         let references = Reference::read_all(case, &gauges);
-        let solid = case.section("solid").and_then(|section| read_outline(&section, dimension, &domain));
+        let has_fluid = case.section("fluid").is_some();
+        let solid =
+            case.section("solid").and_then(|section| read_outline(&section, dimension, &domain, has_fluid));
         let fluid = case.section("fluid").map(|section| read_fluid_outline(&section, dimension));
         let is_coupled = solid.is_some() && fluid.is_some();
         let scheme = if is_coupled { Scheme::read(case) } else { Scheme::default() };
@@ -340,7 +344,12 @@ fn read_output(case: &CaseFile) -> Output {
     Output { fields_every, series_every }
 }
 
-fn read_outline(section: &Section<'_>, dimension: usize, domain: &Option<Domain>) -> Option<SolidOutline> {
+fn read_outline(
+    section: &Section<'_>,
+    dimension: usize,
+    domain: &Option<Domain>,
+    has_fluid: bool,
+) -> Option<SolidOutline> {
     let model = section
         .choice("model", &["fem", "rigid", "none"])
         .about("fem: elastic, by finite elements; rigid: fixed or with a prescribed motion; none: no solid.")
@@ -348,7 +357,19 @@ fn read_outline(section: &Section<'_>, dimension: usize, domain: &Option<Domain>
     if model == "none" {
         return None;
     }
-    let region = BoxRegion::read(section, dimension, "the unloaded body");
+    let mesh = section
+        .text("mesh")
+        .about(
+            "fem: mesh file in m, relative to the case (Gmsh MSH 2.2 or 4.1, Abaqus/CalculiX deck), in place of elements; \
+             min and max are then needed beside water only, where the body must fill that box.",
+        )
+        .optional();
+    let is_meshed = mesh.is_some() && model == "fem";
+    let region = if is_meshed && !has_fluid && !section.has("min") && !section.has("max") {
+        BoxRegion { min: vec![0.0; dimension], max: vec![0.0; dimension] }
+    } else {
+        BoxRegion::read(section, dimension, "the unloaded body")
+    };
     let default = vec![1.0; dimension];
     let elements = section
         .vector("elements", dimension, "", "Elements along each axis (default: one each).")
@@ -362,11 +383,20 @@ fn read_outline(section: &Section<'_>, dimension: usize, domain: &Option<Domain>
         .choice("wet", face_names(dimension))
         .about("Faces the water may touch (default: all that do not lie in a face of the domain).")
         .list(&default);
-    let clamped = section.choice("clamped", face_names(dimension)).about("Faces that are held.").list(&[]);
+    let clamped = read_clamped(section, dimension, is_meshed);
     let density = section.number("density").unit("kg/m3").above(0.0).about("Density of the body.").optional();
     let prescribed = model == "rigid" && section.has("motion");
     let (wet, clamped) = (faces(&wet), faces(&clamped));
-    Some(SolidOutline { model, region, elements, wet, clamped, density, prescribed })
+    Some(SolidOutline { model, region, mesh, elements, wet, clamped, density, prescribed })
+}
+
+/// The names of the faces that are held; a mesh file may name its own.
+pub fn read_clamped(section: &Section<'_>, dimension: usize, is_meshed: bool) -> Vec<String> {
+    let names = if is_meshed { &[] } else { face_names(dimension) };
+    section
+        .choice("clamped", names)
+        .about("Faces that are held; of a mesh file also its named surfaces and sets of nodes.")
+        .list(&[])
 }
 
 fn read_fluid_outline(section: &Section<'_>, dimension: usize) -> FluidOutline {

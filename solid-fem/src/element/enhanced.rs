@@ -6,94 +6,152 @@
 //!
 //! The parameters alpha make the enhanced work vanish, integral M'S = 0. St.Venant-Kirchhoff is linear in E and hence
 //! in alpha: alpha = -Kaa^-1 integral M'C E(u) with a constant Kaa = integral M'C M, exact at any displacement. So
-//! alpha is a function of u and is saved and restored with it; a law that is not linear would have to iterate here and
-//! keep alpha with the state. Tangent: K - L Kaa^-1 L', L = integral B'C M.
+//! alpha is a function of u and comes back with it; a law that is not linear iterates, see [`super::enhanced_iterated`].
+//! Tangent: K - L Kaa^-1 L', L = integral B'C M.
+//!
+//! Hexahedron: xi, eta, zeta on the normal strains and the two linear terms of its own plane on each shear strain.
+//! Quadrilateral: the modes of the hexahedron that are left in a plane, so a prismatic body of hexahedra between rollers
+//! gives the same displacement. Both bend without locking with one element across the thickness; second order in L2.
 
 use nalgebra::SMatrix;
 
+use super::enhanced_iterated::EnhancedIterated;
+use super::isoparametric::{point, shape_product};
 use super::kinematics::{
-    Point, SHEAR, deformation_gradient, determinant, green_lagrange_strain, inverse, mirror, product,
-    stress_tensor,
+    Kinematics, Point, SHEAR, Sample, determinant, inverse, mirror, product, stress_tensor,
 };
-use super::{Element, Inverted};
-use crate::material::StVenantKirchhoff;
+use super::{Collapse, Element, Extrapolation, cauchy_stress};
+use crate::cell::Cell;
+use crate::material::{History, InSpace, Material, Moduli, StVenantKirchhoff};
 use crate::mesh::Mesh;
 
 /// Strain modes in the element's own axes at a point: M_xi, `[S, A]`, engineering shear.
-pub(super) type Modes<const D: usize, const S: usize, const A: usize> = fn(&[f64; D]) -> [[f64; A]; S];
+type Modes<const S: usize, const A: usize> = fn(&[f64; 3]) -> [[f64; A]; S];
 
-/// Corner signs of the element in VTK order, `[N, D]`.
-pub(super) type Corners<const D: usize, const N: usize> = [[f64; D]; N];
+/// A cell and its modes.
+pub struct Enhancement<const D: usize, const S: usize, const N: usize, const A: usize> {
+    cell: Cell,
+    modes: Modes<S, A>,
+}
 
-/// A quadrilateral (D 2, S 3, N 4) or hexahedron (D 3, S 6, N 8) with A enhanced modes; it has as many integration
-/// points as corners.
+/// 4-node quadrilateral with four modes.
+pub const QUADRILATERAL: Enhancement<2, 3, 4, 4> = Enhancement {
+    cell: Cell::Quadrilateral4,
+    modes: |&[xi, eta, _]| [[xi, 0.0, 0.0, 0.0], [0.0, eta, 0.0, 0.0], [0.0, 0.0, xi, eta]],
+};
+
+/// 8-node hexahedron with nine modes.
+pub const HEXAHEDRON: Enhancement<3, 6, 8, 9> = Enhancement {
+    cell: Cell::Hexahedron8,
+    modes: |&[xi, eta, zeta]| {
+        let mut modes = [[0.0; 9]; 6];
+        (modes[0][0], modes[1][1], modes[2][2]) = (xi, eta, zeta);
+        (modes[3][3], modes[3][4]) = (xi, eta);
+        (modes[4][5], modes[4][6]) = (eta, zeta);
+        (modes[5][7], modes[5][8]) = (zeta, xi);
+        modes
+    },
+};
+
+/// Points and modes of one reference shape.
+pub(super) struct Reference<const D: usize, const S: usize, const N: usize, const A: usize> {
+    pub(super) points: [Point<D, N>; N],
+    /// M at the points.
+    pub(super) modes: [[[f64; A]; S]; N],
+    /// Integral of N_a N_b, `[N, N]`.
+    pub(super) product: Vec<f64>,
+}
+
+impl<const D: usize, const S: usize, const N: usize, const A: usize> Enhancement<D, S, N, A> {
+    /// The elements of a mesh in a linear law.
+    pub fn build(
+        &self,
+        mesh: &Mesh,
+        material: StVenantKirchhoff,
+        kinematics: Kinematics,
+    ) -> Enhanced<D, S, N, A> {
+        let (class, references, extrapolation) = self.references(mesh);
+        let shapes = references.into_iter().map(|reference| Shape::new(reference, &material)).collect();
+        Enhanced { class, shapes, extrapolation, material, kinematics }
+    }
+
+    /// The elements of a mesh in any other law.
+    pub fn build_iterated(
+        &self,
+        mesh: &Mesh,
+        material: InSpace,
+        kinematics: Kinematics,
+    ) -> EnhancedIterated<D, S, N, A> {
+        let (class, references, extrapolation) = self.references(mesh);
+        EnhancedIterated { class, references, extrapolation, material, kinematics }
+    }
+
+    fn references(&self, mesh: &Mesh) -> (Vec<u32>, Vec<Reference<D, S, N, A>>, Extrapolation) {
+        let (class, shapes) = mesh.shapes();
+        let references = shapes.iter().map(|shape| self.reference(shape)).collect();
+        (class, references, Extrapolation::new(self.cell, &self.cell.stiffness_rule()))
+    }
+
+    fn reference(&self, position: &[f64]) -> Reference<D, S, N, A> {
+        let rule = self.cell.stiffness_rule();
+        let jacobian = |at: &[f64; 3]| -> [[f64; D]; D] {
+            let shape = self.cell.shape(at);
+            std::array::from_fn(|i| {
+                std::array::from_fn(|j| (0..N).map(|a| position[a * D + i] * shape.derivative[a][j]).sum())
+            })
+        };
+        let centre = jacobian(&[0.0; 3]);
+        let back = inverse(&centre);
+        let modes = std::array::from_fn(|q| {
+            let scale = determinant(&centre) / determinant(&jacobian(&rule[q].at));
+            turn_modes(&(self.modes)(&rule[q].at), &back, scale)
+        });
+        let points = std::array::from_fn(|q| point(self.cell, position, &rule[q].at, rule[q].weight));
+        Reference { points, modes, product: shape_product::<D, N>(self.cell, position) }
+    }
+}
+
+/// Quadrilaterals (D 2, S 3, N 4) or hexahedra (D 3, S 6, N 8) with A enhanced modes in a linear law; there are as many
+/// integration points as corners.
 pub struct Enhanced<const D: usize, const S: usize, const N: usize, const A: usize> {
     class: Vec<u32>,
     shapes: Vec<Shape<D, S, N, A>>,
+    extrapolation: Extrapolation,
     material: StVenantKirchhoff,
+    kinematics: Kinematics,
 }
 
-/// What depends on the reference shape only.
+/// What depends on the reference shape and the moduli only.
 struct Shape<const D: usize, const S: usize, const N: usize, const A: usize> {
-    points: [Point<D, N>; N],
-    /// Shape functions at the points, `[points, N]`.
-    values: [[f64; N]; N],
-    /// M at the points.
-    modes: [[[f64; A]; S]; N],
+    reference: Reference<D, S, N, A>,
     /// w C M at the points, N m / m3 times volume.
     mode_stress: [[[f64; A]; S]; N],
     /// Lower triangular G with Kaa^-1 = G' G.
     root: [[f64; A]; A],
 }
 
-/// State of an element at a displacement: enhanced strains at the points.
+/// State of an element at a displacement: F and the enhanced strain at the points.
 struct Strained<const D: usize, const S: usize, const N: usize> {
-    gradient: [[[f64; D]; D]; N],
+    deformation: [[[f64; D]; D]; N],
     strain: [[f64; S]; N],
 }
 
-impl<const D: usize, const S: usize, const N: usize, const A: usize> Enhanced<D, S, N, A> {
-    pub(super) fn new(
-        mesh: &Mesh,
-        material: StVenantKirchhoff,
-        corners: &Corners<D, N>,
-        modes: Modes<D, S, A>,
-    ) -> Self {
-        let (class, shapes) = mesh.shapes();
-        let shapes = shapes.iter().map(|shape| Shape::new(shape, &material, corners, modes)).collect();
-        Self { class, shapes, material }
-    }
-
-    fn shape(&self, element: usize) -> &Shape<D, S, N, A> {
-        &self.shapes[self.class[element] as usize]
-    }
-}
-
 impl<const D: usize, const S: usize, const N: usize, const A: usize> Shape<D, S, N, A> {
-    fn new(
-        position: &[f64],
-        material: &StVenantKirchhoff,
-        corners: &Corners<D, N>,
-        modes: Modes<D, S, A>,
-    ) -> Self {
-        let gauss = 1.0 / 3.0f64.sqrt();
-        let at = |q: usize| corners[q].map(|sign| sign * gauss);
-        let centre = jacobian(position, corners, &[0.0; D]);
-        let (centre_inverse, centre_determinant) = (inverse(&centre), determinant(&centre));
-        let points = std::array::from_fn(|q| point(position, corners, &at(q)));
-        let modes = std::array::from_fn(|q| {
-            let scale = centre_determinant / determinant(&jacobian(position, corners, &at(q)));
-            turn_modes(&modes(&at(q)), &centre_inverse, scale)
+    fn new(reference: Reference<D, S, N, A>, material: &StVenantKirchhoff) -> Self {
+        let mode_stress = std::array::from_fn(|q| {
+            mode_stress::<D, S, A>(material, reference.points[q].weight, &reference.modes[q])
         });
-        let mode_stress = std::array::from_fn(|q| mode_stress(material, &points[q], &modes[q]));
-        let values = std::array::from_fn(|q| shape_values(corners, &at(q)));
-        Self { points, values, root: root(&modes, &mode_stress), modes, mode_stress }
+        let root = root(&reference.modes, &mode_stress);
+        Self { reference, mode_stress, root }
     }
 
     #[inline]
-    fn strained(&self, displacement: &[f64]) -> Strained<D, S, N> {
-        let gradient: [_; N] = std::array::from_fn(|q| self.points[q].displacement_gradient(displacement));
-        let mut strain: [[f64; S]; N] = std::array::from_fn(|q| green_lagrange_strain(&gradient[q]));
+    fn strained(&self, kinematics: Kinematics, displacement: &[f64]) -> Result<Strained<D, S, N>, Collapse> {
+        let (mut deformation, mut strain) = ([[[0.0; D]; D]; N], [[0.0; S]; N]);
+        for q in 0..N {
+            let gradient = self.reference.points[q].displacement_gradient(displacement);
+            (strain[q], deformation[q]) = kinematics.strain::<D, S>(&gradient)?;
+        }
         let mut work = [0.0; A];
         for q in 0..N {
             for s in 0..S {
@@ -116,11 +174,11 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Shape<D, S,
         for q in 0..N {
             for s in 0..S {
                 for m in 0..A {
-                    strain[q][s] += self.modes[q][s][m] * alpha[m];
+                    strain[q][s] += self.reference.modes[q][s][m] * alpha[m];
                 }
             }
         }
-        Strained { gradient, strain }
+        Ok(Strained { deformation, strain })
     }
 
     /// L G', `[N D, A]`: L_(a,i),m = sum_q (F T_m)_ij g_aj, T_m the tensor of column m of w C M.
@@ -141,7 +199,7 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Shape<D, S,
             for a in 0..N {
                 for i in 0..D {
                     for j in 0..D {
-                        let g = self.points[q].gradient[a][j];
+                        let g = self.reference.points[q].gradient[a][j];
                         for m in 0..A {
                             coupling[a][i][m] += g * turned[i][j][m];
                         }
@@ -161,20 +219,26 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Shape<D, S,
     }
 }
 
+impl<const D: usize, const S: usize, const N: usize, const A: usize> Enhanced<D, S, N, A> {
+    fn shape(&self, element: usize) -> &Shape<D, S, N, A> {
+        &self.shapes[self.class[element] as usize]
+    }
+}
+
 impl<const D: usize, const S: usize, const N: usize, const A: usize> Element for Enhanced<D, S, N, A> {
     fn internal_force(
         &self,
         element: usize,
         displacement: &[f64],
+        _: History<'_>,
         force: &mut [f64],
-    ) -> Result<(), Inverted> {
+    ) -> Result<(), Collapse> {
         let shape = self.shape(element);
-        let state = shape.strained(displacement);
+        let state = shape.strained(self.kinematics, displacement)?;
         force.fill(0.0);
         for q in 0..N {
-            let deformation = deformation_gradient(&state.gradient[q])?;
-            let stress = self.material.second_pk_stress::<D, S>(&state.strain[q]);
-            shape.points[q].add_force(&product(&deformation, &stress_tensor(&stress)), force);
+            let stress = stress_tensor(&self.material.second_pk_stress::<D, S>(&state.strain[q]));
+            shape.reference.points[q].add_force(&product(&state.deformation[q], &stress), force);
         }
         Ok(())
     }
@@ -183,22 +247,20 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Element for
         &self,
         element: usize,
         displacement: &[f64],
-        force: &mut [f64],
+        _: History<'_>,
         tangent: &mut [f64],
-    ) -> Result<(), Inverted> {
+    ) -> Result<(), Collapse> {
         let shape = self.shape(element);
-        let state = shape.strained(displacement);
-        force.fill(0.0);
+        let state = shape.strained(self.kinematics, displacement)?;
         tangent.fill(0.0);
-        let mut deformation = [[[0.0; D]; D]; N];
         for q in 0..N {
-            deformation[q] = deformation_gradient(&state.gradient[q])?;
             let stress = stress_tensor(&self.material.second_pk_stress::<D, S>(&state.strain[q]));
-            shape.points[q].add_force(&product(&deformation[q], &stress), force);
-            shape.points[q].add_tangent(&self.material, &deformation[q], &stress, tangent);
+            let moduli = Moduli::Lame(self.material.lambda, self.material.mu);
+            let (point, deformation) = (shape.reference.points[q], state.deformation[q]);
+            Sample::<D, S, N> { point, deformation, stress, moduli }.add_tangent(self.kinematics, tangent);
         }
         let mut coupling = [[[0.0; A]; D]; N];
-        shape.coupling(&deformation, &mut coupling);
+        shape.coupling(&state.deformation, &mut coupling);
         let rows = coupling.as_flattened();
         for (row, left) in rows.iter().enumerate() {
             for (column, right) in rows.iter().enumerate().skip(row / D * D) {
@@ -213,23 +275,47 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Element for
         Ok(())
     }
 
-    fn strain_energy(&self, element: usize, displacement: &[f64]) -> f64 {
+    /// The enhanced work vanishes in both states, hence also in their mean: the same balance of energy as without.
+    fn conserving_force(
+        &self,
+        element: usize,
+        [before, after]: [&[f64]; 2],
+        force: &mut [f64],
+    ) -> Result<(), Collapse> {
         let shape = self.shape(element);
-        let state = shape.strained(displacement);
-        (0..N).map(|q| shape.points[q].weight * self.material.energy_density::<D, S>(&state.strain[q])).sum()
+        let states = [shape.strained(self.kinematics, before)?, shape.strained(self.kinematics, after)?];
+        force.fill(0.0);
+        for q in 0..N {
+            let at = |state: &Strained<D, S, N>| (state.strain[q], state.deformation[q]);
+            let point = &shape.reference.points[q];
+            super::middle(point, &self.material, [at(&states[0]), at(&states[1])])?.add_force(force);
+        }
+        Ok(())
     }
 
-    /// By the element's own integration rule; exact for parallelepipeds.
-    fn shape_product(&self, element: usize, product: &mut [f64]) {
+    fn strain_energy(&self, element: usize, displacement: &[f64], _: &[f64]) -> f64 {
         let shape = self.shape(element);
-        product.fill(0.0);
-        for q in 0..N {
-            for a in 0..N {
-                for b in 0..N {
-                    product[a * N + b] += shape.points[q].weight * shape.values[q][a] * shape.values[q][b];
-                }
-            }
-        }
+        let Ok(state) = shape.strained(self.kinematics, displacement) else { return f64::NAN };
+        let energy = |q: usize| {
+            let density = Material::<D, S>::energy_density(&self.material, &state.strain[q], &[]);
+            shape.reference.points[q].weight * density
+        };
+        (0..N).map(energy).sum()
+    }
+
+    fn shape_product(&self, element: usize, product: &mut [f64]) {
+        product.copy_from_slice(&self.shape(element).reference.product);
+    }
+
+    fn nodal_stress(&self, element: usize, displacement: &[f64], _: &[f64], stress: &mut [[f64; 6]]) -> f64 {
+        let shape = self.shape(element);
+        let Ok(state) = shape.strained(self.kinematics, displacement) else { return 0.0 };
+        let at_points: [[f64; 6]; N] = std::array::from_fn(|q| {
+            let (second, across) = Material::<D, S>::in_space(&self.material, &state.strain[q], &[]);
+            cauchy_stress(&state.deformation[q], &second, across)
+        });
+        self.extrapolation.to_nodes(&at_points, stress);
+        shape.reference.points.iter().map(|point| point.weight).sum()
     }
 }
 
@@ -245,50 +331,6 @@ const fn voigt<const D: usize>(i: usize, j: usize) -> usize {
     } else {
         D + 2
     }
-}
-
-fn shape_values<const D: usize, const N: usize>(corners: &Corners<D, N>, xi: &[f64; D]) -> [f64; N] {
-    std::array::from_fn(|a| (0..D).map(|i| 0.5 * (1.0 + corners[a][i] * xi[i])).product())
-}
-
-/// Derivatives by the element's own coordinates, `[N, D]`.
-fn shape_derivatives<const D: usize, const N: usize>(
-    corners: &Corners<D, N>,
-    xi: &[f64; D],
-) -> [[f64; D]; N] {
-    let factor = |a: usize, i: usize| 0.5 * (1.0 + corners[a][i] * xi[i]);
-    std::array::from_fn(|a| {
-        std::array::from_fn(|j| {
-            let others: f64 = (0..D).filter(|&i| i != j).map(|i| factor(a, i)).product();
-            0.5 * corners[a][j] * others
-        })
-    })
-}
-
-/// J_ij = dX_i / dxi_j, m.
-fn jacobian<const D: usize, const N: usize>(
-    position: &[f64],
-    corners: &Corners<D, N>,
-    xi: &[f64; D],
-) -> [[f64; D]; D] {
-    let derivatives = shape_derivatives(corners, xi);
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..N).map(|a| position[a * D + i] * derivatives[a][j]).sum())
-    })
-}
-
-fn point<const D: usize, const N: usize>(
-    position: &[f64],
-    corners: &Corners<D, N>,
-    xi: &[f64; D],
-) -> Point<D, N> {
-    let jacobian = jacobian(position, corners, xi);
-    let inverse = inverse(&jacobian);
-    let derivatives = shape_derivatives(corners, xi);
-    let gradient = std::array::from_fn(|a| {
-        std::array::from_fn(|i| (0..D).map(|j| derivatives[a][j] * inverse[j][i]).sum())
-    });
-    Point { weight: determinant(&jacobian), gradient }
 }
 
 /// M = scale T0 M_xi: every mode as a tensor, E = J0^-T E_xi J0^-1.
@@ -320,16 +362,16 @@ fn turn_modes<const D: usize, const S: usize, const A: usize>(
     turned
 }
 
-fn mode_stress<const D: usize, const S: usize, const N: usize, const A: usize>(
+fn mode_stress<const D: usize, const S: usize, const A: usize>(
     material: &StVenantKirchhoff,
-    point: &Point<D, N>,
+    weight: f64,
     modes: &[[f64; A]; S],
 ) -> [[f64; A]; S] {
     let mut result = [[0.0; A]; S];
     for m in 0..A {
         let stress = material.second_pk_stress::<D, S>(&std::array::from_fn(|s| modes[s][m]));
         for s in 0..S {
-            result[s][m] = point.weight * stress[s];
+            result[s][m] = weight * stress[s];
         }
     }
     result

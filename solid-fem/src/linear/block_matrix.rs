@@ -45,7 +45,7 @@ impl BlockPattern {
             let row = &column[row_start[a]..row_start[a + 1]];
             row_start[a] + row.binary_search(&(b as u32)).expect("nodes of one element are neighbours")
         };
-        let mut element_block = Vec::with_capacity(mesh.element_count() * mesh.nodes_per_element.pow(2));
+        let mut element_block = Vec::with_capacity(mesh.element_count() * mesh.nodes_per_element().pow(2));
         for element in 0..mesh.element_count() {
             for &a in mesh.element(element) {
                 element_block.extend(mesh.element(element).iter().map(|&b| block(a, b) as u32));

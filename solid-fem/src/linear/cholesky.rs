@@ -1,9 +1,11 @@
-//! Sparse Cholesky factor by faer (LLT, f64, AMD ordering). The only file that names faer.
+//! Sparse Cholesky factor by faer (LLT, f64). Ordering: minimum degree, for large meshes nested dissection. The only
+//! file that names faer.
 //!
 //! Sequential on purpose: the factor then has the same bits for any number of threads.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
@@ -11,6 +13,10 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
 use super::block_matrix::{BlockMatrix, BlockPattern};
+use super::ordering::nested_dissection;
+
+/// Number of nodes from which nested dissection leaves less fill than minimum degree (measured).
+const DISSECT_ABOVE: usize = 20_000;
 
 /// The matrix is not positive definite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,13 +35,18 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
-    /// Orders and analyses a pattern.
-    pub fn new(pattern: &BlockPattern) -> Self {
+    /// Orders and analyses a pattern; `position` is that of its nodes, `[n, D]`.
+    pub fn new(pattern: &BlockPattern, position: &[f64]) -> Self {
         let (column_start, row, source) = lower_triangle(pattern);
         let size = column_start.len() - 1;
         let matrix = SymbolicSparseColMatRef::new_checked(size, size, &column_start, None, &row);
         let params = CholeskySymbolicParams::default();
-        let symbolic = factorize_symbolic_cholesky(matrix, Side::Lower, SymmetricOrdering::Amd, params)
+        let order = (pattern.node_count() > DISSECT_ABOVE).then(|| dissection(pattern, position));
+        let ordering = match &order {
+            None => SymmetricOrdering::Amd,
+            Some((forward, back)) => SymmetricOrdering::Custom(PermRef::new_checked(forward, back, size)),
+        };
+        let symbolic = factorize_symbolic_cholesky(matrix, Side::Lower, ordering, params)
             .expect("analysing a valid pattern only fails when memory runs out");
         let factor_memory = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let solve_memory = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
@@ -84,6 +95,18 @@ impl Cholesky {
     pub fn factor_bytes(&self) -> usize {
         8 * self.factor.len()
     }
+}
+
+/// Components in the order of elimination, and the place of each component in it.
+fn dissection(pattern: &BlockPattern, position: &[f64]) -> (Vec<usize>, Vec<usize>) {
+    let d = pattern.dimension;
+    let nodes = nested_dissection(pattern, position);
+    let forward: Vec<usize> = nodes.iter().flat_map(|&node| node * d..(node + 1) * d).collect();
+    let mut back = vec![0; forward.len()];
+    for (place, &component) in forward.iter().enumerate() {
+        back[component] = place;
+    }
+    (forward, back)
 }
 
 /// Compressed columns of the lower triangle (by symmetry the upper rows), and where each value comes from.

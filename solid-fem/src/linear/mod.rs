@@ -4,6 +4,7 @@
 pub mod block_matrix;
 pub mod cholesky;
 pub mod conjugate_gradient;
+mod ordering;
 pub mod vector;
 
 use block_matrix::{BlockMatrix, BlockPattern};
@@ -52,6 +53,8 @@ impl LinearMethod {
 /// The solver and what it keeps.
 pub(crate) struct LinearSolver {
     gradient: ConjugateGradient,
+    /// Of the nodes, for the ordering of the factor.
+    position: Vec<f64>,
     diagonal: Vec<f64>,
     factor: Option<Box<Cholesky>>,
     factor_serves: bool,
@@ -62,10 +65,11 @@ pub(crate) struct LinearSolver {
 }
 
 impl LinearSolver {
-    pub(crate) fn new(pattern: &BlockPattern) -> Self {
+    pub(crate) fn new(pattern: &BlockPattern, position: &[f64]) -> Self {
         let size = pattern.node_count() * pattern.dimension;
         Self {
             gradient: ConjugateGradient::new(size),
+            position: position.to_vec(),
             diagonal: vec![1.0; size],
             factor: None,
             factor_serves: false,
@@ -130,7 +134,8 @@ impl LinearSolver {
         solution: &mut [f64],
         tolerance: f64,
     ) -> Result<(), Trouble> {
-        let factor = self.factor.get_or_insert_with(|| Box::new(Cholesky::new(&matrix.pattern)));
+        let factor =
+            self.factor.get_or_insert_with(|| Box::new(Cholesky::new(&matrix.pattern, &self.position)));
         if self.factor_serves {
             let precondition = |from: &[f64], to: &mut [f64]| {
                 to.copy_from_slice(from);

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test program uses its own part")]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use solid_fem::box_grid::{BoxGrid, Face};
+use solid_fem::box_grid::BoxGrid;
 use solid_fem::element::ElementKind;
 use solid_fem::probe::Probe;
 use solid_fem::scene::{FaceLoad, FaceLoadKind, Scene};
@@ -23,21 +23,20 @@ pub(crate) fn pressed(mut scene: Scene, pressure: f64, is_follower: bool) -> Sce
     } else {
         FaceLoadKind::DeadPressure(pressure)
     };
-    scene.loads = vec![FaceLoad { face: Face::Left, kind, table: Vec::new() }];
+    scene.loads = vec![FaceLoad { face: "left".to_owned(), kind, table: Vec::new() }];
     scene
 }
 
 /// Probe in the middle of the depth at the top of the left face.
 pub(crate) fn tip_probe(scene: &Scene) -> Probe {
-    let grid = &scene.grid;
-    let position = [grid.minimum[0], grid.maximum[1], 0.5 * (grid.minimum[2] + grid.maximum[2])];
-    Probe::at(grid, scene.element.is_simplex(), &position).unwrap()
+    let (low, high) = scene.bounding_box();
+    Probe::at(&scene.mesh(), &[low[0], high[1], 0.5 * (low[2] + high[2])]).unwrap()
 }
 
 /// Static displacement of the tip, m.
 pub(crate) fn static_tip(scene: Scene, load_steps: u32) -> [f64; 3] {
     let probe = tip_probe(&scene);
-    let dimension = scene.grid.dimension;
+    let dimension = scene.dimension();
     let solid = Solid::new_static(scene, load_steps).unwrap();
     probe.value(solid.displacement(), dimension)
 }
