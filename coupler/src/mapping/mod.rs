@@ -2,7 +2,7 @@
 //! the same H, so that force and work are kept to round-off.
 //!
 //! The fluid's side is a set of points: the nodes of the dummy mesh, or any other. Points off the solid's surface hang
-//! on it by a [`Couple`](couple::Couple), so that the moment is kept as well.
+//! on it by a couple (`couple.rs`), so that the moment is kept as well.
 
 mod couple;
 mod identity;

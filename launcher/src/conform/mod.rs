@@ -1,7 +1,7 @@
 //! `tidewall conform`: plays launcher and coupler against a solid of somebody else, and says what it does wrong.
 //!
-//! Every trial starts the program anew, in a name space of its own. What is tried stands in [`trials`]; the coupler's end
-//! of the data link is [`coupler`].
+//! Every trial starts the program anew, in a name space of its own. What is tried stands in `trials.rs`; the coupler's
+//! end of the data link in `coupler.rs`.
 
 mod coupler;
 mod trials;
