@@ -15,10 +15,10 @@ use crate::parallel::CHUNK;
 use crate::particles::Water;
 use crate::pressure::matrix::{PressureMatrix, RowChunk};
 use crate::vector::{Vector, dot};
-use crate::walls::{WallSet, Walls};
+use crate::walls::{WALL_SETS, WallSet, Walls};
 
 /// Part of A_full added to every diagonal, so that a closed full tank has one solution.
-const REGULARISATION: f64 = 1e-6;
+pub(crate) const REGULARISATION: f64 = 1e-6;
 
 /// Sums over the walls near each water particle, `[n]` each.
 #[derive(Debug, Default)]
@@ -155,7 +155,7 @@ fn assemble_chunk<L: Lanes, const D: usize>(
     rows.stencil.resize(count * stencil, 0.0);
     let (kernel, walls) = (around.kernel, around.walls);
     let reach = (kernel.support_radius * kernel.support_radius, kernel.inverse_square());
-    let mut sets = [None; 2];
+    let mut sets = [None; WALL_SETS];
     let mut gathered = None;
     for (k, &aggregate) in aggregates.iter().enumerate() {
         if gathered != Some(aggregate) {
@@ -276,7 +276,7 @@ fn add_wall_set<L: Lanes, const D: usize>(
         return;
     }
     near.weigh(kernel.coupling_factor());
-    let body = walls.body();
+    let (moving, body) = (walls.obstacles().start, walls.body());
     for k in 0..near.len() {
         let wall = set.column(near.index[k]) as usize;
         let weight = walls.weight[wall];
@@ -296,9 +296,10 @@ fn add_wall_set<L: Lanes, const D: usize>(
         for k in 0..D {
             sums.first[k] += half * facing[k] * d[k];
         }
-        if wall >= body.start {
-            sums.flux += half * dot(&walls.velocity[wall], &d);
-            if let Some(robin) = around.robin {
+        if wall >= moving {
+            let velocity = &walls.velocity[wall];
+            sums.flux += half * (0..D).map(|k| facing[k] * velocity[k] * d[k]).sum::<f64>();
+            if let (Some(robin), true) = (around.robin, wall >= body.start) {
                 let known = robin.old_pressure[wall - body.start][walls.side(wall, &d)];
                 let c = half
                     * f64::from(robin.coefficient[wall - body.start])

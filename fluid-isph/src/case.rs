@@ -1,10 +1,14 @@
 //! `[fluid]`: the water's own section of the case.
 
+mod flow;
+mod surroundings;
+
 use protocol::case::{BoxFace, BoxRegion, CaseFile, CheckReport, Section, Shared, SolidOutline};
 
 use crate::plan::make_plan;
-use crate::scene::{Gravity, Scene, Source, Tank, WallFriction, WallPressure, WaterBox};
+use crate::scene::{Gravity, PressureSolver, Scene, Source, Tank, WallFriction, WallPressure, WaterBox};
 use crate::vector::Vector;
+use crate::weakly_compressible::Explicit;
 
 /// The program's name in messages and reports.
 pub const NAME: &str = "fluid-isph";
@@ -52,10 +56,29 @@ pub fn resolve<const D: usize>(case: &CaseFile, shared: &Shared) -> Option<Scene
     let mut scene = Scene::new(tank, water, spacing);
     scene.reference_density = shared.fluid.as_ref().map_or(1000.0, |fluid| fluid.density);
     scene.gravity = match &shared.gravity {
-        Some(gravity) => Gravity { vector: point(&gravity.acceleration), factor: gravity.table.clone() },
-        None => Gravity { vector: [0.0; D], factor: None },
+        Some(gravity) => {
+            Gravity { vector: point(&gravity.acceleration), factor: gravity.table.clone(), frame: None }
+        }
+        None => Gravity { vector: [0.0; D], factor: None, frame: None },
     };
     read_terms(&section, &mut scene);
+    scene.carve = section.flag(
+        "carve",
+        false,
+        "Leave out water written over an obstacle; without it that is a mistake.",
+    );
+    surroundings::read_domain(case, shared, &mut scene);
+    surroundings::read_obstacles(case, &mut scene);
+    scene.flow = section.inner("flow").and_then(|flow| flow::read_flow(&flow, &scene));
+    scene.explicit = section.inner("weakly_compressible").map(|explicit| read_explicit(&explicit, &scene));
+    if scene.explicit.is_some() && shared.solid.is_some() {
+        section.complain(
+            "weakly_compressible",
+            "the explicit scheme is for water without a [solid]",
+            "absent",
+            "Leave it out, or describe the body as an [[obstacle]].",
+        );
+    }
     scene.source = read_source(&section, shared.solid.as_ref());
     read_numerics(&section, &mut scene);
     scene.body_wet = shared.solid.as_ref().map(wet_sides);
@@ -131,6 +154,12 @@ fn read_terms<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
         .at_most(0.5)
         .about("Constant of Smagorinsky's turbulence model (0.1 to 0.2); without it turbulence is left out.")
         .optional();
+    scene.shifting = section
+        .number("shifting")
+        .above(0.0)
+        .at_most(10.0)
+        .about("A of the particle shifting A h |v| dt grad C (2 is usual) for vortices away from the surface; without it left out.")
+        .optional();
     let friction = section.choice("walls", &["slip", "no_slip"]);
     let friction = friction.about("Whether walls take part in the viscous term.").default("slip");
     scene.friction = if friction == "slip" { WallFriction::Slip } else { WallFriction::NoSlip };
@@ -142,6 +171,32 @@ fn read_terms<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
             "Set kinematic_viscosity.",
         );
     }
+}
+
+/// `[fluid.weakly_compressible]`: its presence chooses the explicit scheme.
+fn read_explicit<const D: usize>(section: &Section<'_>, scene: &Scene<D>) -> Explicit {
+    let highest = scene.water.iter().map(|water| water.max[1] - scene.tank.min[1]).fold(0.0, f64::max);
+    let fall = (2.0 * crate::vector::norm(&scene.gravity.vector) * highest).sqrt();
+    let start = scene.water.iter().map(|water| crate::vector::norm(&water.velocity)).fold(0.0, f64::max);
+    let sound_speed = section
+        .number("sound_speed")
+        .unit("m/s")
+        .above(0.0)
+        .about("Speed of sound (default: ten times the speed of the highest fall or of the start).")
+        .optional();
+    let artificial_viscosity = section
+        .number("artificial_viscosity")
+        .at_least(0.0)
+        .at_most(1.0)
+        .about("alpha of Monaghan's artificial viscosity.")
+        .default(0.02);
+    section.finish();
+    let sound_speed = sound_speed.unwrap_or(10.0 * fall.max(start));
+    if sound_speed <= 0.0 {
+        let hint = "Water at rest without gravity gives no speed to take it from.";
+        section.complain("sound_speed", "is missing", "number > 0 in m/s", hint);
+    }
+    Explicit { sound_speed, artificial_viscosity }
 }
 
 fn read_source(section: &Section<'_>, solid: Option<&SolidOutline>) -> Source {
@@ -193,6 +248,12 @@ fn read_numerics<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
         )
         .default("shepard");
     scene.wall_pressure = if pressure == "shepard" { WallPressure::Shepard } else { WallPressure::PerPair };
+    let solver = section
+        .choice("solver", &["multigrid", "incomplete_cholesky"])
+        .about("Preconditioner of conjugate gradients; incomplete_cholesky is the paper's (ICCG), serial and slower.")
+        .default("multigrid");
+    scene.solver =
+        if solver == "multigrid" { PressureSolver::Multigrid } else { PressureSolver::IncompleteCholesky };
     scene.courant = section
         .number("courant")
         .above(0.0)
@@ -211,6 +272,11 @@ fn read_numerics<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
         .at_most(100_000.0)
         .about("Most sub-steps in one coupling step; more ends the run.")
         .default(200.0) as u32;
+    scene.suction = section.flag(
+        "suction",
+        false,
+        "Let negative pressures stand; without it water with a free surface bears no tension.",
+    );
     scene.jitter = section
         .number("jitter")
         .above(0.0)
@@ -279,6 +345,51 @@ max_dt = 0.001
         assert_eq!(report.figure("water_particles"), Some(49.0 * 98.0));
         let left: Vec<_> = report.left_out.iter().map(|entry| entry.what.as_str()).collect();
         assert!(left.contains(&"viscous term") && left.contains(&"turbulence"), "{left:?}");
+    }
+
+    #[test]
+    fn obstacles_are_checked_with_place_and_hint() {
+        let boxed = |min: &str, max: &str| format!("{DAM}\n[[obstacle]]\nmin = {min}\nmax = {max}\n");
+        for (text, expected) in [
+            (boxed("[0.3, 0.0]", "[0.304, 0.1]"), "0.004"),
+            (boxed("[0.1, 0.0]", "[0.2, 0.1]"), "overlap"),
+            (boxed("[0.3, 0.002]", "[0.4, 0.1]"), "gap of 0.002"),
+            (boxed("[0.7, 0.0]", "[0.8, 0.1]"), "outside the domain"),
+            (format!("{DAM}\n[[obstacle]]\nfile = \"bed.stl\"\n"), "3-D"),
+        ] {
+            let found = report(&text, &[]).diagnostics;
+            assert!(found.iter().any(|found| found.message.contains(expected)), "{expected}: {found:?}");
+            assert!(found.iter().all(|found| !found.hint.is_empty()), "{found:?}");
+        }
+        let sound = boxed("[0.3, 0.0]", "[0.36, 0.1]");
+        assert!(report(&sound, &[]).diagnostics.is_empty());
+        let carved = boxed("[0.1, 0.0]", "[0.2, 0.1]");
+        assert!(report(&carved, &["fluid.carve=true"]).diagnostics.is_empty());
+    }
+
+    #[test]
+    fn a_surface_with_a_hole_is_refused_with_the_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let corner = |x: &str| format!("vertex {x}\n");
+        let facet = |corners: [&str; 3]| {
+            format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", corners.map(corner).concat())
+        };
+        let open = format!(
+            "solid t\n{}{}endsolid t\n",
+            facet(["0 0 0", "0 1 0", "1 0 0"]),
+            facet(["0 0 0", "1 0 0", "0 0 1"])
+        );
+        std::fs::write(folder.path().join("bed.stl"), open).unwrap();
+        let text = DAM
+            .replace("dimension = 2", "dimension = 3")
+            .replace("0.0]", "0.0, 0.0]")
+            .replace("1.0]", "1.0, 0.1]")
+            .replace("-9.81]", "-9.81, 0.0]")
+            .replace("0.292]", "0.292, 0.1]");
+        let text = format!("{text}\n[[obstacle]]\nfile = \"bed.stl\"\nscale = 0.1\n");
+        let report = check(&CaseFile::parse(folder.path().join("case.toml"), &text, &[]));
+        let found = report.diagnostics.iter().find(|found| found.key == "obstacle[0].file");
+        assert!(found.is_some_and(|found| found.message.contains("not closed")), "{:?}", report.diagnostics);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Velocity correction by the pressure gradient, and the wall guard.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::kernel::shape;
@@ -174,20 +176,20 @@ impl<const D: usize> Guard<D> {
         self.hits.iter().flatten()
     }
 
-    /// Adds the guard's impulses over `dt` to the forces on the body, shared by the guard's weights; `mass` is that
-    /// of a water particle, kg.
+    /// Adds the guard's impulses over `dt` to the forces on the wall particles `columns`, shared by the guard's weights;
+    /// `mass` is that of a water particle, kg.
     pub fn add_to_load(
         &self,
         (walls, chunks): (&Walls<D>, &[RowChunk]),
+        body: Range<usize>,
         (water, spacing): (&Water<D>, f64),
         (mass, dt): (f64, f64),
         load: &mut [Vector<D>],
     ) {
-        let body = walls.body();
         for hit in self.hits() {
             let particle = hit.particle as usize;
             let (columns, _) = chunks[particle / CHUNK].wall_row(particle % CHUNK);
-            for &wall in columns.iter().filter(|&&wall| wall as usize >= body.start) {
+            for &wall in columns.iter().filter(|&&wall| body.contains(&(wall as usize))) {
                 let wall = wall as usize;
                 let r = norm(&sub(&water.position[particle], &walls.position[wall])) / spacing;
                 let share = guard_weight(r) * f64::from(walls.weight[wall]) / hit.weights;

@@ -4,6 +4,8 @@ use protocol::interface::{BodyMesh, Response};
 use protocol::phases::{PhaseClock, PhaseTime};
 
 use crate::assembly::WallMoments;
+use protocol::case::Prescribed;
+
 use crate::body::{Body, Motion};
 use crate::body_layout::LayoutRules;
 use crate::cells::Grid;
@@ -13,18 +15,22 @@ use crate::health::Health;
 use crate::kernel::Kernel;
 use crate::lattice::Lattice;
 use crate::markers::Markers;
+use crate::obstacle::Obstacles;
 use crate::parallel::chunk_count;
 use crate::particles::Water;
+use crate::periodic::Periodic;
 use crate::pressure::conjugate_gradient::ConjugateGradient;
 use crate::pressure::matrix::PressureMatrix;
-use crate::pressure::multigrid::Multigrid;
+use crate::pressure::preconditioner::Preconditioner;
 use crate::scene::Scene;
+use crate::shifting::Shifting;
 use crate::time_step::{StepLimits, largest_speed};
 use crate::turbulence::Smagorinsky;
 use crate::vector::{Vector, dot, norm};
 use crate::viscosity::Viscosity;
 use crate::wall_pressure::WallSearch;
 use crate::walls::Walls;
+use crate::weakly_compressible::WeaklyCompressible;
 
 /// Share of a closed tank's volume above which the water is taken to fill it: there is no free surface then.
 const FULL_TANK: f64 = 0.98;
@@ -44,20 +50,24 @@ pub struct Fluid<const D: usize> {
     pub(crate) grid: Grid<D>,
     pub(crate) water: Water<D>,
     pub(crate) walls: Walls<D>,
+    pub(crate) obstacles: Option<Obstacles<D>>,
+    pub(crate) periodic: Option<Periodic<D>>,
     pub(crate) body: Option<Body<D>>,
     pub(crate) markers: Option<Markers<D>>,
     pub(crate) viscosity: Option<Viscosity<D>>,
     pub(crate) turbulence: Option<Smagorinsky>,
+    pub(crate) shifting: Option<Shifting<D>>,
     pub(crate) health: Health,
     pub(crate) matrix: PressureMatrix,
     pub(crate) moments: WallMoments<D>,
     pub(crate) source: Vec<f32>,
-    pub(crate) multigrid: Multigrid<D>,
+    pub(crate) preconditioner: Preconditioner<D>,
+    pub(crate) explicit: Option<WeaklyCompressible>,
     pub(crate) solver: ConjugateGradient,
     pub(crate) wall_search: WallSearch,
     pub(crate) guard: Guard<D>,
     pub(crate) clock: PhaseClock,
-    pub(crate) has_free_surface: bool,
+    pub(crate) pressure_level: PressureLevel,
     /// Velocity at the start of the sub-step, for a repeat with a shorter one.
     pub(crate) start_velocity: Vec<Vector<D>>,
     pub(crate) partial: Vec<[f64; 3]>,
@@ -76,6 +86,17 @@ pub struct Fluid<const D: usize> {
     pub(crate) iterations: u64,
     pub(crate) clamped: u64,
     pub(crate) solved: u64,
+}
+
+/// What the level of the pressure and its negative values mean in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PressureLevel {
+    /// The free surface has P = 0 and water bears no tension: negative pressures are set to zero and counted.
+    Clamped,
+    /// The free surface has P = 0; negative pressures stand.
+    Free,
+    /// Full tank: no level, the mean of the source is removed and the least pressure shifted above zero.
+    Shifted,
 }
 
 /// Energy account, J (2-D: per m depth).
@@ -107,7 +128,18 @@ impl<const D: usize> Fluid<D> {
             gravity: scene.gravity.vector,
         };
         let body = mesh.map(|mesh| Body::new(mesh, rules, scene.reference_density)).transpose()?;
-        let mut walls = Walls::new(&grid, (&scene.tank, &lattice.wall), body.as_ref().map_or(0, Body::len));
+        let obstacles = Obstacles::new(&scene.obstacles, spacing);
+        let lens = (obstacles.as_ref().map_or(0, Obstacles::len), body.as_ref().map_or(0, Body::len));
+        let mut walls = Walls::new(&grid, (&scene.tank, &lattice.wall), lens);
+        if scene.symmetry != [[false; 2]; D] {
+            walls.smooth(&scene.tank, &scene.symmetry);
+        }
+        if let Some(obstacles) = &obstacles {
+            obstacles.enter(&mut walls);
+            obstacles.place(&mut walls, 0.0, 0.0);
+            walls.sort_obstacles(&grid, spacing);
+        }
+        let periodic = Periodic::new(scene.periodic, &scene.tank, &walls, &kernel);
         let (mut position, mut velocity) = (lattice.water, lattice.velocity);
         if let Some(body) = &body {
             let first = walls.body().start;
@@ -117,9 +149,10 @@ impl<const D: usize> Fluid<D> {
             carve((&grid, &walls), spacing, &mut position, &mut velocity)?;
         }
         let tank_volume: f64 = (0..D).map(|k| scene.tank.max[k] - scene.tank.min[k]).product();
-        let closed = scene.tank.open.iter().flatten().all(|&open| !open);
+        let closed = scene.openings.is_empty() && scene.tank.open.iter().flatten().all(|&open| !open);
         let body_volume: f64 = body.iter().flat_map(|body| &body.weight).map(|&w| f64::from(w)).sum();
-        let filled = (position.len() as f64 + body_volume) * kernel.volume;
+        let solid: f64 = scene.obstacles.iter().map(|obstacle| obstacle.outline.volume()).sum();
+        let filled = (position.len() as f64 + body_volume) * kernel.volume + solid;
         let mut fluid = Self {
             spacing,
             viscosity: (scene.kinematic_viscosity.is_some() || scene.smagorinsky.is_some()).then(|| {
@@ -133,7 +166,15 @@ impl<const D: usize> Fluid<D> {
                 mixing_length_squared: (constant * spacing).powi(2),
                 eddy_viscosity: Vec::new(),
             }),
-            has_free_surface: !(closed && filled > FULL_TANK * tank_volume),
+            preconditioner: Preconditioner::new(scene.solver),
+            shifting: scene.shifting.map(|factor| Shifting { factor, sums: Vec::new() }),
+            pressure_level: if closed && filled > FULL_TANK * tank_volume {
+                PressureLevel::Shifted
+            } else if scene.suction {
+                PressureLevel::Free
+            } else {
+                PressureLevel::Clamped
+            },
             marker_pressure: vec![0.0; mesh.map_or(0, |mesh| mesh.facets.markers().len())],
             pair_force: vec![0.0; mesh.map_or(0, |mesh| mesh.node_count() * D)],
             markers: mesh.map(|mesh| Markers::new(&mesh.facets)),
@@ -142,12 +183,14 @@ impl<const D: usize> Fluid<D> {
             kernel,
             grid,
             walls,
+            obstacles,
+            periodic,
             body,
             health: Health::default(),
             matrix: PressureMatrix::default(),
             moments: WallMoments::default(),
             source: Vec::new(),
-            multigrid: Multigrid::default(),
+            explicit: None,
             solver: ConjugateGradient::default(),
             wall_search: WallSearch::default(),
             guard: Guard::default(),
@@ -177,7 +220,10 @@ impl<const D: usize> Fluid<D> {
         let g = self.largest_gravity();
         let fall = self.largest_fall();
         self.surface = fall + 0.5 * self.spacing;
-        self.speed_limit = match (2.0 * g * fall).sqrt().max(self.speed) {
+        self.explicit = self.scene.explicit.map(|numbers| self.start_explicitly(numbers));
+        let moving = self.obstacles.as_ref().map_or(0.0, Obstacles::largest_speed);
+        let shaken = self.scene.gravity.frame.as_ref().map_or(0.0, Prescribed::largest_speed);
+        self.speed_limit = match (2.0 * g * fall).sqrt().max(self.speed).max(moving).max(shaken) {
             largest if largest > 0.0 => RUNAWAY * largest,
             _ => f64::INFINITY,
         };
@@ -221,16 +267,26 @@ impl<const D: usize> Fluid<D> {
 
     /// Longest sub-step allowed now, s; infinite if nothing limits it.
     pub fn admitted_time_step(&self) -> f64 {
+        self.step_limits().longest()
+    }
+
+    fn step_limits(&self) -> StepLimits {
         let eddy = self.turbulence.iter().flat_map(|model| &model.eddy_viscosity);
         let eddy = eddy.fold(0.0, |largest: f64, &nu| largest.max(nu));
+        let body = self.body.as_ref().map_or(0.0, Body::largest_speed);
+        let obstacles = self.obstacles.as_ref();
+        let (speed, acceleration) =
+            obstacles.map_or((0.0, 0.0), |obstacles| obstacles.speed_and_acceleration(self.time));
         StepLimits {
             courant: self.scene.courant,
             spacing: self.spacing,
-            speed: self.speed.max(self.body.as_ref().map_or(0.0, Body::largest_speed)),
-            gravity: self.largest_gravity(),
+            speed: self.speed.max(body).max(speed) + self.scene.explicit.map_or(0.0, |one| one.sound_speed),
+            acceleration: self
+                .largest_gravity()
+                .max(norm(&self.scene.gravity.at(self.time)))
+                .max(acceleration),
             viscosity: self.viscosity.as_ref().map_or(0.0, |term| term.kinematic_viscosity + eddy),
         }
-        .longest()
     }
 
     /// Advances one coupling step of `dt` s, in as many sub-steps as the water needs.
@@ -256,7 +312,12 @@ impl<const D: usize> Fluid<D> {
             if needed > u64::from(self.scene.max_substeps) {
                 return Err(StepFault::TooManySubsteps { needed, limit: self.scene.max_substeps });
             }
-            let substep = self.step(rest / count)?;
+            let wanted = rest / count;
+            if let Some(cause) = self.step_limits().binding(wanted) {
+                self.health.limited_steps[cause] += 1;
+            }
+            let substep =
+                if self.explicit.is_some() { self.step_explicitly(wanted)? } else { self.step(wanted)? };
             self.share_load(substep, dt);
             done += substep;
             taken += 1;
@@ -391,7 +452,7 @@ fn carve<const D: usize>(
     let mut near = crate::cells::Neighbours::default();
     let mut is_free = |x: &Vector<D>| {
         let Some(cell) = grid.inner_cell(x) else { return true };
-        let Some(set) = walls.sets_near(grid, cell)[1] else { return true };
+        let Some(set) = walls.sets_near(grid, cell)[2] else { return true };
         near.find_around((grid, set.cells), (cell, x), ((0.7 * spacing).powi(2), 1.0));
         near.is_empty()
     };

@@ -116,6 +116,13 @@ impl<const D: usize> Fluid<D> {
         add_up(loads.iter().zip(&self.walls.position[self.walls.body()]), about)
     }
 
+    /// Force of the water on all obstacles in the last sub-step, and its moment about `about`; zero without one.
+    pub fn force_on_obstacles(&self, about: &Vector<D>) -> ForceAndMoment<D> {
+        let columns = self.walls.obstacles();
+        let forces = self.wall_forces(columns.clone());
+        add_up(forces.iter().zip(&self.walls.position[columns]), about)
+    }
+
     fn wall_forces(&self, columns: Range<usize>) -> Vec<Vector<D>> {
         let mut forces = vec![[0.0; D]; columns.len()];
         let gravity = self.scene.gravity.at(self.time);
@@ -159,6 +166,22 @@ impl<const D: usize> Fluid<D> {
             crate::vector::add_scaled(&mut sum, mass, v);
         }
         sum
+    }
+
+    /// Moment of momentum of the water about a point, kg m2/s (2-D: per m depth, the last component only).
+    pub fn angular_momentum(&self, about: &Vector<D>) -> [f64; 3] {
+        let mass = self.particle_mass();
+        let columns = self.water.velocity.iter().zip(&self.water.position);
+        add_up(columns, about).moment.map(|moment| mass * moment)
+    }
+
+    /// Centre of mass of the water, m. NaN without water.
+    pub fn centre(&self) -> Vector<D> {
+        let mut sum = [0.0; D];
+        for x in &self.water.position {
+            crate::vector::add_scaled(&mut sum, 1.0, x);
+        }
+        sum.map(|component| component / self.water.len() as f64)
     }
 }
 

@@ -32,6 +32,9 @@ pub struct Health {
     pub substeps: u64,
     /// Sub-steps repeated with half the length because water moved too far.
     pub shortened_steps: u64,
+    /// Sub-steps held down by speed, by acceleration (gravity, moving walls) and by viscosity; the others were as long
+    /// as the case allows.
+    pub limited_steps: [u64; 3],
 }
 
 impl Health {
@@ -53,6 +56,9 @@ impl Health {
             ("mean_pressure_iterations", self.mean_pressure_iterations),
             ("fluid_substeps", self.substeps as f64),
             ("shortened_steps", self.shortened_steps as f64),
+            ("steps_limited_by_speed", self.limited_steps[0] as f64),
+            ("steps_limited_by_acceleration", self.limited_steps[1] as f64),
+            ("steps_limited_by_viscosity", self.limited_steps[2] as f64),
         ]
         .into_iter()
         .map(|(key, value)| (key.to_owned(), value))

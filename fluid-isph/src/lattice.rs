@@ -2,8 +2,8 @@
 //! three layers of wall particles behind it.
 
 use crate::error::SetupError;
-use crate::scene::{Scene, Tank};
-use crate::vector::Vector;
+use crate::scene::Scene;
+use crate::vector::{Vector, add_scaled};
 
 /// Layers of wall particles: as deep as the kernel's support of 2.4 spacings.
 pub const WALL_LAYERS: usize = 3;
@@ -42,7 +42,7 @@ impl<const D: usize> Lattice<D> {
         if lattice.water.is_empty() && !scene.water.is_empty() {
             return Err(SetupError::NoWater);
         }
-        lattice.build_walls(&scene.tank);
+        lattice.build_walls(scene);
         Ok(lattice)
     }
 
@@ -54,18 +54,26 @@ impl<const D: usize> Lattice<D> {
                 let taken = scene.water[..number]
                     .iter()
                     .any(|earlier| (0..D).all(|k| x[k] > earlier.min[k] && x[k] < earlier.max[k]));
-                if !taken {
+                let covered = || scene.obstacles.iter().any(|obstacle| obstacle.contains(&x));
+                if !taken && !covered() {
                     self.water.push(x);
                     self.velocity.push(water.velocity);
                 }
             });
+        }
+        if let Some(flow) = &scene.flow {
+            for (x, v) in self.water.iter().zip(&mut self.velocity) {
+                add_scaled(v, 1.0, &flow.velocity(x));
+            }
         }
         if let Some(jitter) = scene.jitter {
             displace(&mut self.water, jitter * self.spacing);
         }
     }
 
-    fn build_walls(&mut self, tank: &Tank<D>) {
+    /// Layers behind every face that is not open; those of other faces run on past periodic ends.
+    fn build_walls(&mut self, scene: &Scene<D>) {
+        let tank = &scene.tank;
         let layers = |k: usize, upper: usize| if tank.open[k][upper] { 0 } else { WALL_LAYERS };
         let axes: [Vec<f64>; D] = std::array::from_fn(|k| {
             let below = (0..layers(k, 0)).rev().map(|n| tank.min[k] - (n as f64 + 0.5) * self.spacing);
@@ -73,10 +81,13 @@ impl<const D: usize> Lattice<D> {
             let above = (0..layers(k, 1)).map(|n| tank.max[k] + (n as f64 + 0.5) * self.spacing);
             below.chain(inside).chain(above).collect()
         });
-        let inside: [std::ops::Range<usize>; D] =
-            std::array::from_fn(|k| layers(k, 0)..axes[k].len() - layers(k, 1));
+        let inside: [std::ops::Range<usize>; D] = std::array::from_fn(|k| match scene.periodic[k] {
+            true => 0..axes[k].len(),
+            false => layers(k, 0)..axes[k].len() - layers(k, 1),
+        });
         for_each_point(&axes, |x, at| {
-            if (0..D).any(|k| !inside[k].contains(&at[k])) {
+            let in_hole = || scene.openings.iter().any(|opening| opening.holds(&x, tank));
+            if (0..D).any(|k| !inside[k].contains(&at[k])) && !in_hole() {
                 self.wall.push(x);
             }
         });
@@ -175,7 +186,7 @@ fn lengths_to_fit<const D: usize>(scene: &Scene<D>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::WaterBox;
+    use crate::scene::{Tank, WaterBox};
 
     fn dam(spacing: f64) -> Scene<2> {
         let tank = Tank { min: [0.0; 2], max: [0.584, 1.0], open: [[false; 2], [false, true]] };

@@ -4,12 +4,14 @@
 //! it from the file, `participant.rs` makes it a process of a coupled run.
 //!
 //! - [`kernel`], [`cells`], [`lanes`], [`lattice`]: kernel, neighbour search, its vectors, initial particles.
+//! - [`flow`], [`obstacle`], [`surface`], [`periodic`]: what a scene may add.
 //! - [`particles`], [`walls`], [`body`]: columns of water, wall and structure.
-//! - [`viscosity`], [`turbulence`], [`assembly`], [`source`], [`pressure`], [`wall_pressure`], [`correction`],
+//! - [`viscosity`], [`turbulence`], [`assembly`], [`source`], [`pressure`], [`wall_pressure`], [`correction`], [`shifting`],
 //!   [`markers`]: one term of the method each.
+//! - [`weakly_compressible`]: the explicit scheme, for comparison (`step_explicit.rs`).
 //! - [`gauges`], [`health`]: what is measured.
 //!
-//! Deliberately absent: any free-surface flag in the matrix, wall unknowns, particle shifting, position clamps.
+//! Deliberately absent: any free-surface flag in the matrix, wall unknowns, position clamps.
 
 pub mod assembly;
 pub mod body;
@@ -18,6 +20,7 @@ pub mod case;
 pub mod cells;
 pub mod correction;
 pub mod error;
+pub mod flow;
 pub mod fluid;
 pub mod gauges;
 pub mod health;
@@ -25,24 +28,32 @@ pub mod kernel;
 pub mod lanes;
 pub mod lattice;
 pub mod markers;
+pub mod obstacle;
 pub mod output;
 mod parallel;
 pub mod participant;
 pub mod particles;
+pub mod periodic;
 mod phases;
+mod phases_explicit;
+mod phases_scene;
 mod plan;
 pub mod pressure;
 mod rows;
 pub mod scene;
+pub mod shifting;
 pub mod snapshot;
 pub mod source;
 mod step;
+mod step_explicit;
+pub mod surface;
 pub mod time_step;
 pub mod turbulence;
 pub mod vector;
 pub mod viscosity;
 pub mod wall_pressure;
 pub mod walls;
+pub mod weakly_compressible;
 
 pub use body::Motion;
 pub use error::{FluidError, SetupError, StepFault};

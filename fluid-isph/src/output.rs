@@ -79,6 +79,12 @@ fn columns<const D: usize>(kind: &GaugeKind) -> Vec<String> {
         GaugeKind::Energy { .. } => names(&["kinetic_j", "potential_j", "work_j"]),
         GaugeKind::Volume => names(&["volume_m3"]),
         GaugeKind::HydrostaticError => names(&["l2_relative"]),
+        GaugeKind::Centre => AXES[..D].iter().map(|axis| format!("c{axis}_m")).collect(),
+        GaugeKind::Momentum => {
+            let momenta = AXES[..D].iter().map(|axis| format!("p{axis}_ns"));
+            let moments = AXES[if D == 2 { 2 } else { 0 }..].iter().map(|axis| format!("l{axis}_nms"));
+            momenta.chain(moments).collect()
+        }
         GaugeKind::Displacement { .. } | GaugeKind::Reaction | GaugeKind::Frequency => Vec::new(),
     }
 }
@@ -102,6 +108,7 @@ fn measure<const D: usize>(kind: &GaugeKind, fluid: &Fluid<D>, values: &mut Vec<
                 Some(face) => {
                     fluid.force_on_face(Face { axis: face.axis(), upper: face.sign() > 0.0 }, &origin)
                 }
+                None if on == "obstacles" => fluid.force_on_obstacles(&origin),
                 None => fluid.force_on_body(&origin),
             };
             push_force(total, values);
@@ -109,6 +116,11 @@ fn measure<const D: usize>(kind: &GaugeKind, fluid: &Fluid<D>, values: &mut Vec<
         GaugeKind::Energy { .. } => values.extend(<[f64; 3]>::from(fluid.energy())),
         GaugeKind::Volume => values.push(fluid.volume()),
         GaugeKind::HydrostaticError => values.push(fluid.hydrostatic_error()),
+        GaugeKind::Centre => values.extend(fluid.centre()),
+        GaugeKind::Momentum => {
+            values.extend(fluid.momentum());
+            values.extend(&fluid.angular_momentum(&[0.0; D])[if D == 2 { 2 } else { 0 }..]);
+        }
         GaugeKind::Displacement { .. } | GaugeKind::Reaction | GaugeKind::Frequency => {}
     }
 }

@@ -123,7 +123,7 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         let fluid = fluid.map_err(|error| error.into_failure(NAME))?;
         let counts = [
             ("water_particles", fluid.water().len()),
-            ("wall_particles", fluid.walls().tank().len()),
+            ("wall_particles", fluid.walls().tank().len() + fluid.walls().obstacles().len()),
             ("body_particles", fluid.walls().body().len()),
         ];
         let counts = counts.into_iter().map(|(key, count)| (key.to_owned(), count as u64)).collect();

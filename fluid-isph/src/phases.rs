@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::assembly::{RobinTerms, Surroundings, assemble_pressure_matrix};
 use crate::correction::{CorrectionTerm, correct_velocity};
 use crate::error::StepFault;
-use crate::fluid::Fluid;
+use crate::fluid::{Fluid, PressureLevel};
 use crate::markers::PressureField;
 use crate::parallel::{CHUNK, LIGHT, chunk_count};
 use crate::particles::four_lanes;
@@ -44,6 +44,9 @@ impl<const D: usize> Fluid<D> {
             }),
         };
         assemble_pressure_matrix(around, &mut self.water, &mut self.matrix, &mut self.moments);
+        if let Some(periodic) = &mut self.periodic {
+            periodic.extend_rows(&self.kernel, &mut self.water, &mut self.matrix);
+        }
         self.measure_density();
     }
 
@@ -82,8 +85,13 @@ impl<const D: usize> Fluid<D> {
 
     pub(crate) fn build_preconditioner(&mut self) {
         if !self.water.is_empty() {
-            self.multigrid.build(&self.grid, &self.water, &self.matrix);
+            self.preconditioner.build(&self.grid, &self.water, &self.matrix);
         }
+        self.keep_velocity();
+    }
+
+    /// Keeps the velocity of the start, for a repeat with a shorter step.
+    pub(crate) fn keep_velocity(&mut self) {
         // The velocity is written anew from its start.
         std::mem::swap(&mut self.start_velocity, &mut self.water.velocity);
         self.water.velocity.resize(self.start_velocity.len(), [0.0; D]);
@@ -118,7 +126,10 @@ impl<const D: usize> Fluid<D> {
         };
         let water = (&self.water, self.grid.part());
         assemble_source(term, water, &self.matrix, &self.moments, &mut self.source);
-        if !self.has_free_surface && !self.source.is_empty() {
+        if let Some(periodic) = &self.periodic {
+            periodic.correct_source(term.divergence_factor, &self.water, &mut self.source);
+        }
+        if self.pressure_level == PressureLevel::Shifted && !self.source.is_empty() {
             // A full tank has no level: the equation is solvable only for a source of mean zero.
             let mean = self.source.iter().map(|&b| f64::from(b)).sum::<f64>() / self.source.len() as f64;
             self.source.iter_mut().for_each(|b| *b -= mean as f32);
@@ -130,7 +141,8 @@ impl<const D: usize> Fluid<D> {
         // After a much shorter sub-step the change says little about this one.
         let ratio = if self.last_substep > 0.0 { (dt / self.last_substep).min(2.0) as f32 } else { 0.0 };
         self.last_substep = dt;
-        let lowest = if self.has_free_surface { 0.0 } else { f32::NEG_INFINITY };
+        let clamped = self.pressure_level == PressureLevel::Clamped;
+        let lowest = if clamped { 0.0 } else { f32::NEG_INFINITY };
         let columns =
             self.water.pressure.par_chunks_mut(CHUNK).zip(self.water.last_pressure.par_chunks_mut(CHUNK));
         columns.with_min_len(LIGHT).for_each(|(pressure, last)| {
@@ -142,25 +154,28 @@ impl<const D: usize> Fluid<D> {
         });
     }
 
-    /// Solves the pressure equation and sets negative pressures to zero (free surface: water bears no tension), or
-    /// shifts the least pressure to that of a support's depth (full tank).
+    /// Solves the pressure equation and settles what its level and negative values mean.
     pub(crate) fn solve_pressure(&mut self, dt: f64) -> Result<(), StepFault> {
         self.guess_pressure(dt);
         let mut pressure = std::mem::take(&mut self.water.pressure);
-        let system = (&self.water, &self.matrix, &mut self.multigrid);
+        let system = (&self.water, &self.matrix, &mut self.preconditioner);
         let solved = self.solver.solve(system, &self.source, &mut pressure, self.scene.pressure_tolerance);
-        if self.has_free_surface {
-            let clamp = |pressure: &mut [f32]| {
-                let negative = pressure.iter().filter(|&&p| p < 0.0).count() as u64;
-                pressure.iter_mut().for_each(|p| *p = p.max(0.0));
-                negative
-            };
-            self.clamped += pressure.par_chunks_mut(CHUNK).with_min_len(LIGHT).map(clamp).sum::<u64>();
-        } else {
-            // High enough that the pressure at walls above, hydrostatically lower, is not limited at zero.
-            let wall = self.scene.reference_density * self.largest_gravity() * self.kernel.support_radius;
-            let shift = wall as f32 - pressure.iter().copied().fold(f32::INFINITY, f32::min);
-            pressure.iter_mut().for_each(|p| *p += shift);
+        match self.pressure_level {
+            PressureLevel::Clamped => {
+                let clamp = |pressure: &mut [f32]| {
+                    let negative = pressure.iter().filter(|&&p| p < 0.0).count() as u64;
+                    pressure.iter_mut().for_each(|p| *p = p.max(0.0));
+                    negative
+                };
+                self.clamped += pressure.par_chunks_mut(CHUNK).with_min_len(LIGHT).map(clamp).sum::<u64>();
+            }
+            PressureLevel::Shifted => {
+                // High enough that the pressure at walls above, hydrostatically lower, is not limited at zero.
+                let wall = self.scene.reference_density * self.largest_gravity() * self.kernel.support_radius;
+                let shift = wall as f32 - pressure.iter().copied().fold(f32::INFINITY, f32::min);
+                pressure.iter_mut().for_each(|p| *p += shift);
+            }
+            PressureLevel::Free => {}
         }
         self.solved += pressure.len() as u64;
         self.water.pressure = pressure;
@@ -186,6 +201,9 @@ impl<const D: usize> Fluid<D> {
             reference_density: self.scene.reference_density,
         };
         self.wall_search.evaluate(field, &mut self.walls, &g);
+        if let Some(periodic) = &mut self.periodic {
+            periodic.find_wall_pressure(field, &mut self.walls, &g);
+        }
     }
 
     fn correction_term(&self, dt: f64) -> CorrectionTerm<D> {
@@ -202,6 +220,9 @@ impl<const D: usize> Fluid<D> {
         let term = self.correction_term(dt);
         let matrix = (&self.matrix, self.grid.part());
         correct_velocity(term, &self.walls, matrix, &mut self.water, &mut self.guard);
+        if let Some(periodic) = &self.periodic {
+            periodic.correct_velocity(0.5 * dt / self.scene.reference_density, &mut self.water);
+        }
     }
 
     /// The half of `dt` if water would move further than half a spacing, `None` if the step stands.
@@ -236,7 +257,14 @@ impl<const D: usize> Fluid<D> {
         self.wall_search.forces(field, walls, self.walls.body(), &g, &mut body.load);
         let mass = self.scene.reference_density * self.kernel.volume;
         let water = (&self.water, self.spacing);
-        self.guard.add_to_load((&self.walls, &self.matrix.chunks), water, (mass, dt), &mut body.load);
+        let columns = self.walls.body();
+        self.guard.add_to_load(
+            (&self.walls, &self.matrix.chunks),
+            columns,
+            water,
+            (mass, dt),
+            &mut body.load,
+        );
         if let Some(markers) = &mut self.markers {
             markers.evaluate(field, (&body.node_position, &body.node_acceleration), &g);
         }
@@ -257,6 +285,9 @@ impl<const D: usize> Fluid<D> {
         for hit in self.guard.hits() {
             add_scaled(&mut self.water.position[hit.particle as usize], 1.0, &hit.push);
             self.health.guard_hits += 1;
+        }
+        if let Some(periodic) = &self.periodic {
+            periodic.wrap(&mut self.water.position);
         }
         // A change of gravity changes the potential energy of all water: work of whoever changes it.
         let change = sub(&self.scene.gravity.at(self.time + dt), &self.scene.gravity.at(self.time));
@@ -305,15 +336,21 @@ impl<const D: usize> Fluid<D> {
     }
 
     fn retire_lost(&mut self) {
-        let (tank, grid, margin) = (&self.scene.tank, &self.grid, 1.5 * self.spacing);
+        let (scene, grid, margin) = (&self.scene, &self.grid, 1.5 * self.spacing);
+        let (tank, wall) = (&scene.tank, crate::lattice::WALL_LAYERS as f64 * self.spacing);
         let fate = |x: &Vector<D>, v: &Vector<D>| {
             if x.iter().chain(v).any(|value| !value.is_finite()) {
                 return Fate::Broken;
             }
             let past = |k: usize, margin: f64| [tank.min[k] - x[k] > margin, x[k] - tank.max[k] > margin];
+            let beyond_wall =
+                |margin: f64| (0..D).any(|k| (0..2).any(|side| !tank.open[k][side] && past(k, margin)[side]));
             let over_rim = (0..D).any(|k| (0..2).any(|side| tank.open[k][side] && past(k, 0.0)[side]));
-            let through = (0..D).any(|k| (0..2).any(|side| !tank.open[k][side] && past(k, margin)[side]));
-            match (over_rim, through || grid.inner_cell(x).is_none()) {
+            let through = beyond_wall(margin);
+            // Through a hole the water must pass the whole wall before it is gone.
+            let in_hole = through && scene.openings.iter().any(|opening| opening.holds(x, tank));
+            let gone = if in_hole { beyond_wall(wall) } else { through };
+            match (over_rim || in_hole, gone || grid.inner_cell(x).is_none()) {
                 (_, false) => Fate::Stays,
                 (true, true) => Fate::Outflow,
                 (false, true) => Fate::Escaped,

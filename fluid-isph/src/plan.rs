@@ -54,6 +54,9 @@ fn check_gauges<const D: usize>(case: &CaseFile, shared: &Shared, scene: &Scene<
             GaugeKind::Force { on } if on == "body" => {
                 shared.solid.is_none().then(|| "there is no body to measure the force on".to_owned())
             }
+            GaugeKind::Force { on } if on == "obstacles" => {
+                scene.obstacles.is_empty().then(|| "there is no obstacle to measure the force on".to_owned())
+            }
             GaugeKind::Force { on } => BoxFace::from_name(on)
                 .is_some_and(|face| tank.open[face.axis()][usize::from(face.sign() > 0.0)])
                 .then(|| format!("the face \"{on}\" is open: there is no wall to measure the force on")),
@@ -80,7 +83,8 @@ fn figures<const D: usize>(
     let body = solid.map_or(0.0, |solid| {
         (0..D).map(|k| (solid.region.length(k) / spacing).round().max(1.0)).product::<f64>()
     });
-    let (water, wall) = (lattice.water.len() as f64, lattice.wall.len() as f64);
+    let obstacles: usize = scene.obstacles.iter().map(|one| one.outline.fill(spacing).len()).sum();
+    let (water, wall) = (lattice.water.len() as f64, (lattice.wall.len() + obstacles) as f64);
     // Rows of 8 bytes an entry, columns, search lists; 56 neighbours in 3-D, 20 in 2-D; the cells of the search grid.
     let per_water = if D == 3 { 8.0 * 75.0 + 260.0 } else { 8.0 * 28.0 + 220.0 };
     let support = Kernel::<D>::new(spacing).support_radius;
@@ -97,15 +101,19 @@ fn figures<const D: usize>(
     let limits = |speed: f64| StepLimits {
         courant: scene.courant,
         spacing,
-        speed,
-        gravity,
+        speed: speed + scene.explicit.map_or(0.0, |explicit| explicit.sound_speed),
+        acceleration: gravity,
         viscosity: scene.kinematic_viscosity.unwrap_or(0.0),
     };
     let fastest = (2.0 * gravity * fall).sqrt().max(start);
     vec![
         PlanFigure::new("spacing_m", spacing, adjusted),
         PlanFigure::new("water_particles", water, ""),
-        PlanFigure::new("wall_particles", wall, "three layers behind every closed face"),
+        PlanFigure::new(
+            "wall_particles",
+            wall,
+            "three layers behind every closed face, and the shells of obstacles",
+        ),
         PlanFigure::new("body_particles", body, "without ghost rows"),
         PlanFigure::new("memory_bytes", memory, "estimate"),
         PlanFigure::new(
@@ -128,9 +136,17 @@ fn left_out<const D: usize>(scene: &Scene<D>, shared: &Shared) -> Vec<LeftOut> {
     };
     let viscous = scene.kinematic_viscosity.is_some() || scene.smagorinsky.is_some();
     note(!viscous, "viscous term", "no kinematic_viscosity and no smagorinsky");
+    note(
+        scene.explicit.is_some(),
+        "pressure equation",
+        "[fluid.weakly_compressible]: Tait's equation instead",
+    );
+    note(scene.shifting.is_none(), "particle shifting", "no shifting");
     note(scene.smagorinsky.is_none(), "turbulence", "no smagorinsky");
     note(viscous && scene.friction == WallFriction::Slip, "friction at walls", "walls = \"slip\"");
     note(scene.gravity.vector == [0.0; D], "gravity", "no [gravity]");
+    note(scene.obstacles.is_empty(), "obstacles", "no [[obstacle]]");
+    note(scene.periodic == [false; D], "images of the water", "no periodic direction");
     note(shared.solid.is_none(), "body particles, loads and markers", "no [solid]");
     note(
         shared.gauges.iter().all(|gauge| !gauge.kind.is_of_fluid()),

@@ -1,6 +1,11 @@
 //! The scene as resolved: every choice made, every default filled in. Optional physics is an `Option`.
 
+use protocol::case::{Prescribed, interpolate};
+
+use crate::flow::Flow;
+use crate::obstacle::Obstacle;
 use crate::vector::Vector;
+use crate::weakly_compressible::Explicit;
 
 /// An axis-aligned tank; faces that are not open carry wall particles.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +27,26 @@ pub struct Face {
     pub upper: bool,
 }
 
+/// A hole in a face of the tank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opening<const D: usize> {
+    /// The face.
+    pub face: Face,
+    /// Lower corner, m; the extent across the face does not matter.
+    pub min: Vector<D>,
+    /// Upper corner, m.
+    pub max: Vector<D>,
+}
+
+impl<const D: usize> Opening<D> {
+    /// Whether a point beyond the face stands in the hole.
+    pub fn holds(&self, x: &Vector<D>, tank: &Tank<D>) -> bool {
+        let Face { axis, upper } = self.face;
+        let beyond = if upper { x[axis] > tank.max[axis] } else { x[axis] < tank.min[axis] };
+        beyond && (0..D).all(|k| k == axis || self.min[k] < x[k] && x[k] < self.max[k])
+    }
+}
+
 /// A box full of water at the start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaterBox<const D: usize> {
@@ -40,19 +65,21 @@ pub struct Gravity<const D: usize> {
     pub vector: Vector<D>,
     /// Rows (time s, factor), times rising; linear in between, constant outside. `None`: factor 1.
     pub factor: Option<Vec<(f64, f64)>>,
+    /// Motion of the tank, in whose frame everything is computed: its acceleration acts the other way round.
+    pub frame: Option<Prescribed>,
 }
 
 impl<const D: usize> Gravity<D> {
-    /// g at a time, m/s2.
+    /// Body force per mass at a time, m/s2: g less the acceleration of the tank.
     pub fn at(&self, time: f64) -> Vector<D> {
-        let Some(table) = &self.factor else { return self.vector };
-        let after = table.partition_point(|row| row.0 <= time);
-        let factor = match (after.checked_sub(1).map(|k| table[k]), table.get(after)) {
-            (Some((t0, f0)), Some(&(t1, f1))) => f0 + (f1 - f0) * (time - t0) / (t1 - t0),
-            (Some((_, f)), None) | (None, Some(&(_, f))) => f,
-            (None, None) => 1.0,
-        };
-        self.vector.map(|component| component * factor)
+        let factor = self.factor.as_deref().map_or(1.0, |table| interpolate(table, time));
+        let mut force = self.vector.map(|component| component * factor);
+        if let Some(frame) = &self.frame {
+            for (k, component) in force.iter_mut().enumerate() {
+                *component -= frame.at(k, time)[2];
+            }
+        }
+        force
     }
 }
 
@@ -79,6 +106,15 @@ impl Source {
             Self::Time(time) => (dt / time).min(1.0),
         }
     }
+}
+
+/// How conjugate gradients are preconditioned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PressureSolver {
+    /// Multigrid over the cells.
+    Multigrid,
+    /// Incomplete Cholesky factors: the paper's ICCG.
+    IncompleteCholesky,
 }
 
 /// How the pressure at a wall particle is found from the water's.
@@ -124,6 +160,10 @@ pub struct Scene<const D: usize> {
     pub courant: f64,
     /// Relative residual at which the pressure solve ends.
     pub pressure_tolerance: f64,
+    /// Preconditioner of the pressure solve.
+    pub solver: PressureSolver,
+    /// The weakly compressible scheme in place of the projection; `None`: projection.
+    pub explicit: Option<Explicit>,
     /// Pressure at wall particles.
     pub wall_pressure: WallPressure,
     /// Largest number of sub-steps in one coupling step.
@@ -133,6 +173,22 @@ pub struct Scene<const D: usize> {
     pub body_wet: Option<[bool; 2]>,
     /// Random displacement of the initial lattice, in spacings; `None`: none.
     pub jitter: Option<f64>,
+    /// Velocity field of the start, added to the velocities of the boxes; `None`: none.
+    pub flow: Option<Flow<D>>,
+    /// Obstacles, fixed or with a motion of their own.
+    pub obstacles: Vec<Obstacle<D>>,
+    /// Whether water written over an obstacle is left out; otherwise that is a mistake.
+    pub carve: bool,
+    /// Holes in the walls of the tank.
+    pub openings: Vec<Opening<D>>,
+    /// Axes along which the scene repeats itself.
+    pub periodic: [bool; D],
+    /// Faces that are planes of symmetry, `[axis][0 lower, 1 upper]`: walls without friction.
+    pub symmetry: [[bool; 2]; D],
+    /// A of the particle shifting; `None` leaves it out.
+    pub shifting: Option<f64>,
+    /// Whether negative pressures stand; otherwise they are set to zero where there is a free surface.
+    pub suction: bool,
 }
 
 impl<const D: usize> Scene<D> {
@@ -143,7 +199,7 @@ impl<const D: usize> Scene<D> {
         vector[1] = -9.81;
         Self {
             tank,
-            gravity: Gravity { vector, factor: None },
+            gravity: Gravity { vector, factor: None, frame: None },
             reference_density: 1000.0,
             kinematic_viscosity: None,
             smagorinsky: None,
@@ -153,10 +209,20 @@ impl<const D: usize> Scene<D> {
             water,
             courant: 0.3,
             pressure_tolerance: 1e-3,
+            solver: PressureSolver::Multigrid,
+            explicit: None,
             wall_pressure: WallPressure::Shepard,
             max_substeps: 200,
             body_wet: None,
             jitter: None,
+            flow: None,
+            obstacles: Vec::new(),
+            carve: false,
+            openings: Vec::new(),
+            periodic: [false; D],
+            symmetry: [[false; 2]; D],
+            shifting: None,
+            suction: false,
         }
     }
 }
@@ -168,9 +234,13 @@ mod tests {
     #[test]
     fn gravity_follows_its_table() {
         let table = Some(vec![(0.0, 0.0), (0.1, 1.0)]);
-        let gravity = Gravity { vector: [0.0, -10.0], factor: table };
+        let gravity = Gravity { vector: [0.0, -10.0], factor: table, frame: None };
         assert_eq!(gravity.at(-1.0)[1], 0.0);
         assert!((gravity.at(0.05)[1] + 5.0).abs() < 1e-12);
         assert_eq!(gravity.at(2.0)[1], -10.0);
+        let frame = Prescribed::Sine { amplitude: vec![0.1, 0.0], frequency: 1.0, phase: 0.0 };
+        let shaken = Gravity { frame: Some(frame), ..gravity };
+        let omega = std::f64::consts::TAU;
+        assert!((shaken.at(0.25)[0] - 0.1 * omega * omega).abs() < 1e-12, "against the acceleration");
     }
 }

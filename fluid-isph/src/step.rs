@@ -3,12 +3,19 @@
 
 use crate::error::StepFault;
 use crate::fluid::Fluid;
+use crate::obstacle::Obstacles;
 
 impl<const D: usize> Fluid<D> {
     /// Advances all particles by `dt` s, or by half, a quarter, ... of it if the water would move too far; returns
     /// the time advanced.
     pub(crate) fn step(&mut self, mut dt: f64) -> Result<f64, StepFault> {
         self.timed("sort", Self::sort_particles);
+        if self.periodic.is_some() {
+            self.timed("images", Self::find_images);
+        }
+        if self.obstacles.as_ref().is_some_and(Obstacles::is_moving) {
+            self.timed("place obstacles", |fluid| fluid.place_obstacles(dt));
+        }
         if self.body.is_some() {
             self.timed("place body", Self::place_body);
         }
@@ -34,7 +41,16 @@ impl<const D: usize> Fluid<D> {
         if self.body.is_some() {
             self.timed("load", |fluid| fluid.find_load(dt)); // reaction to (4), markers by (7)
         }
+        if self.obstacles.as_ref().is_some_and(Obstacles::is_moving) {
+            self.timed("obstacle load", |fluid| fluid.find_obstacle_load(dt));
+        }
+        if self.shifting.is_some() {
+            self.timed("shift", Self::find_shift);
+        }
         self.timed("move", |fluid| fluid.move_particles(dt)); // x += dt v, after every neighbour has read x
+        if self.shifting.is_some() {
+            self.timed("shift", |fluid| fluid.shift_particles(dt));
+        }
         self.timed("check", Self::check_particles)?;
         Ok(dt)
     }

@@ -48,7 +48,8 @@ impl<const D: usize> Viscosity<D> {
                         let (columns, values) = rows.wall_row(k);
                         for (&wall, &value) in columns.iter().zip(values) {
                             let relative = sub(&walls.velocity[wall as usize], &water.velocity[i]);
-                            add_scaled(target, f64::from(value) * own, &relative);
+                            let friction = f64::from(value * walls.friction[wall as usize]);
+                            add_scaled(target, friction * own, &relative);
                         }
                     }
                 },

@@ -99,12 +99,18 @@ fn error_of(folder: &Path, reference: &Reference, case: &Path) -> Option<ErrorEn
     let last = series.last()?.0;
     let window: Vec<_> =
         series.iter().copied().filter(|row| reference.from <= row.0 && row.0 <= reference.to).collect();
-    let instants = instants(reference, &window, last)?;
+    let mut instants = instants(reference, &window, last)?;
     let (value, measured, expected) = match &reference.target {
         Target::Value(expected) => against_value(reference, &series, &window, &instants, *expected)?,
         Target::Curve { file, column, band } => {
             let columns = [Some(column), band.as_ref().map(|b| &b.0), band.as_ref().map(|b| &b.1)];
             let curves = load_curve(&curve_path(case, file), &columns.map(|c| c.map(String::as_str))).ok()?;
+            let mut series = series;
+            if reference.at_curve {
+                let times = curves[0].iter().map(|row| row.0);
+                instants = times.filter(|&t| reference.from <= t && t <= reference.to.min(last)).collect();
+                series = instants.iter().map(|&time| (time, at(&series, time))).collect();
+            }
             against_curve(reference, &series, &instants, &curves)?
         }
     };
@@ -113,8 +119,8 @@ fn error_of(folder: &Path, reference: &Reference, case: &Path) -> Option<ErrorEn
     let gated = if relative || matches!(reference.norm, Norm::Rms | Norm::MaxAbs) { value } else { measured };
     let unit = if relative || reference.norm == Norm::ShareInside {
         String::new()
-    } else if reference.norm == Norm::Crossing {
-        "s".to_owned()
+    } else if let Some(unit) = reference.norm.own_unit() {
+        unit.to_owned()
     } else {
         unit_of(&reference.column)
     };
@@ -159,6 +165,8 @@ fn against_value(
         Norm::Crossing => crossing(window, reference.level?)?,
         Norm::Mean => time_mean(window),
         Norm::Final => window.last()?.1,
+        Norm::Frequency => frequency(window, reference.level.unwrap_or_else(|| time_mean(window)))?,
+        Norm::Decay => decay_rate(window)?,
         Norm::MaxAbs => {
             let greatest = window.iter().map(|row| (row.1 - expected).abs()).fold(0.0, f64::max);
             return Some((greatest, greatest, Some(expected)));
@@ -200,7 +208,7 @@ fn against_curve(
             Some((rms, rms, None))
         }
         // One number each: that of the curve, taken in the same way.
-        Norm::Peak | Norm::Crossing | Norm::Mean | Norm::Final => {
+        Norm::Peak | Norm::Crossing | Norm::Mean | Norm::Final | Norm::Frequency | Norm::Decay => {
             let (from, to) = (instants.first()?, instants.last()?);
             let inside = |row: &&(f64, f64)| *from <= row.0 && row.0 <= *to;
             let expected_rows: Vec<_> = curve.iter().filter(inside).copied().collect();
@@ -222,6 +230,30 @@ fn crossing(rows: &[(f64, f64)], level: f64) -> Option<f64> {
     Some(pair[0].0 + (level - pair[0].1) / (pair[1].1 - pair[0].1) * (pair[1].0 - pair[0].0))
 }
 
+/// Frequency from the first to the last passage of a level, Hz; `None` with fewer than three.
+fn frequency(rows: &[(f64, f64)], level: f64) -> Option<f64> {
+    let mut passages = Vec::new();
+    let mut rest = rows;
+    while let Some(next) = rest.windows(2).position(|pair| (pair[0].1 < level) != (pair[1].1 < level)) {
+        passages.push(crossing(&rest[next..next + 2], level)?);
+        rest = &rest[next + 1..];
+    }
+    let half_periods = passages.len().checked_sub(1).filter(|&count| count >= 2)?;
+    Some(0.5 * half_periods as f64 / (passages.last()? - passages.first()?))
+}
+
+/// r of exp(-r t): least squares through the logarithms of the absolute values, 1/s; `None` with fewer than two.
+fn decay_rate(rows: &[(f64, f64)]) -> Option<f64> {
+    let points: Vec<_> =
+        rows.iter().filter(|row| row.1 != 0.0).map(|row| (row.0, row.1.abs().ln())).collect();
+    let count = points.len() as f64;
+    let mean = |pick: fn(&(f64, f64)) -> f64| points.iter().map(pick).sum::<f64>() / count;
+    let (time, value) = (mean(|point| point.0), mean(|point| point.1));
+    let spread: f64 = points.iter().map(|point| (point.0 - time).powi(2)).sum();
+    let common: f64 = points.iter().map(|point| (point.0 - time) * (point.1 - value)).sum();
+    (spread > 0.0).then_some(-common / spread)
+}
+
 /// Mean over time by the trapezoidal rule.
 fn time_mean(rows: &[(f64, f64)]) -> f64 {
     let span = rows.last().map_or(0.0, |row| row.0) - rows.first().map_or(0.0, |row| row.0);
@@ -240,6 +272,7 @@ pub fn unit_of(column: &str) -> String {
         "j" => "J".to_owned(),
         "nm" => "N m".to_owned(),
         "ns" => "N s".to_owned(),
+        "nms" => "N m s".to_owned(),
         "m3" => "m3".to_owned(),
         "hz" => "Hz".to_owned(),
         _ => String::new(),
@@ -262,6 +295,7 @@ mod tests {
             from: 0.0,
             to: 1.0,
             every: 0.25,
+            at_curve: false,
             relative: false,
             gate: Some((0.0, 0.3)),
         }
@@ -297,6 +331,31 @@ mod tests {
         assert!((entry(Norm::Mean, Target::Value(0.5)).value).abs() < 1e-12);
         assert!((entry(Norm::Final, Target::Value(2.0)).value + 1.0).abs() < 1e-12);
         assert!((entry(Norm::Final, curve()).value + 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn frequency_and_decay_are_found_in_a_damped_cosine() {
+        let rows: Vec<_> = (0..=1000)
+            .map(|k| f64::from(k) * 1e-3)
+            .map(|t| (t, 0.3 + (std::f64::consts::TAU * 5.0 * t + 0.4).cos()))
+            .collect();
+        assert!((frequency(&rows, 0.3).unwrap() - 5.0).abs() < 1e-3);
+        assert_eq!(frequency(&rows[..50], 0.3), None);
+        let rows: Vec<_> = rows.iter().map(|row| (row.0, -2.0 * (-3.0 * row.0).exp())).collect();
+        assert!((decay_rate(&rows).unwrap() - 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_rows_of_a_curve_can_be_the_instants() {
+        let wanted = Reference { at_curve: true, to: 2.0, ..reference(Norm::Mean, curve()) };
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("series")).unwrap();
+        std::fs::write(folder.path().join("series/g.csv"), "time_s,ux_m\n0,0\n0.4,0.4\n1,1\n").unwrap();
+        std::fs::write(folder.path().join("c.csv"), "time_s,mid,low,high\n0.5,0.3,0,0\n1,1.0,0,0\n2,9,0,0\n")
+            .unwrap();
+        let found = error_of(folder.path(), &wanted, &folder.path().join("case.toml")).unwrap();
+        // 0.5 against 0.3 and 1 against 1, the trapezoidal mean; the third row lies beyond the run.
+        assert!((found.value - 0.1).abs() < 1e-12 && (found.from_s, found.to_s) == (0.5, 1.0), "{found:?}");
     }
 
     #[test]

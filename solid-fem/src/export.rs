@@ -15,9 +15,9 @@ use crate::cell::Cell;
 use crate::element::{ElementKind, Kinematics};
 use crate::material::LawKind;
 use crate::mesh::Mesh;
-use crate::prescribed::Prescribed;
 use crate::scene::{FaceLoadKind, Scene};
 use crate::solid::Solid;
+use protocol::case::Prescribed;
 
 /// `solid-fem --export CASE FILE [--set key=value]...`: writes the deck.
 pub fn main(mut arguments: impl Iterator<Item = String>) -> ExitCode {

@@ -20,7 +20,6 @@ pub mod mesh;
 pub mod mesh_file;
 pub mod modes;
 pub mod participant;
-pub mod prescribed;
 pub mod probe;
 mod recorder;
 pub mod rigid;

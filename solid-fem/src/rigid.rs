@@ -18,7 +18,7 @@ use protocol::participant::{Context, Participant, Program, not_my_part};
 use protocol::series::Series;
 
 use crate::box_grid::BoxGrid;
-use crate::prescribed::Prescribed;
+use protocol::case::Prescribed;
 
 const NAME: &str = "solid";
 const FORCE_2D: [&str; 3] = ["fx_n", "fy_n", "mz_nm"];

@@ -4,8 +4,8 @@ use crate::body::State;
 use crate::error::SceneError;
 use crate::facet::cross;
 use crate::mesh::{Mesh, NamedFace};
-use crate::prescribed::Prescribed;
 use crate::scene::Scene;
+use protocol::case::Prescribed;
 
 /// A named face (or set of nodes) held along some axes, at rest or with a prescribed motion.
 #[derive(Debug, Clone, PartialEq)]

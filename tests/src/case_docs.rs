@@ -34,9 +34,27 @@ max = HIGH
 acceleration = LOW
 [fluid]
 spacing = 0.1
+[[domain.opening]]
+face = "left"
+min = LOW
+max = HIGH
+[domain.motion]
+amplitude = LOW
+frequency = 1.0
+[[obstacle]]
+min = LOW
+max = HIGH
+[obstacle.motion]
+amplitude = LOW
+frequency = 1.0
 [[fluid.region]]
 min = LOW
 max = MIDDLE
+[fluid.flow]
+kind = "rotation"
+rate = 1.0
+[fluid.weakly_compressible]
+sound_speed = 10.0
 [solid]
 min = MIDDLE
 max = HIGH
@@ -152,7 +170,7 @@ fn heading(path: &str) -> String {
     let (section, _) = path.rsplit_once('.').unwrap_or((path, ""));
     match section.strip_suffix("[]") {
         Some(list) => format!("[[{list}]]"),
-        None => format!("[{section}]"),
+        None => format!("[{}]", section.replace("[]", "")),
     }
 }
 

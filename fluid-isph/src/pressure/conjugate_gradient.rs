@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::matrix::PressureMatrix;
-use super::multigrid::Multigrid;
+use super::preconditioner::Preconditioner;
 use crate::error::StepFault;
 use crate::parallel::{CHUNK, LIGHT, chunk_count, dot_product};
 use crate::particles::Water;
@@ -38,7 +38,7 @@ impl ConjugateGradient {
     /// [`StepFault::PressureSolveStalled`] after 500 iterations, [`StepFault::NonFinite`].
     pub fn solve<const D: usize>(
         &mut self,
-        (water, matrix, multigrid): (&Water<D>, &PressureMatrix, &mut Multigrid<D>),
+        (water, matrix, preconditioner): (&Water<D>, &PressureMatrix, &mut Preconditioner<D>),
         source: &[f32],
         pressure: &mut [f32],
         tolerance: f64,
@@ -67,7 +67,7 @@ impl ConjugateGradient {
             }
             let columns = (&self.residual[..], &mut self.preconditioned[..]);
             let last_rho = rho;
-            rho = multigrid.apply((water, matrix), columns.0, columns.1, &mut self.partial);
+            rho = preconditioner.apply((water, matrix), columns.0, columns.1, &mut self.partial);
             let beta = if iterations == 0 { 0.0 } else { (rho / last_rho) as f32 };
             self.turn(beta);
             let curvature = matrix.multiply(&self.direction, &mut self.image, &mut self.partial);

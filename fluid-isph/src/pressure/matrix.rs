@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::cells::Neighbours;
 use crate::parallel::{CHUNK, MEDIUM, chunk_count, dot_product};
+use crate::walls::WALL_SETS;
 
 /// Rows of up to `CHUNK` water particles.
 #[derive(Debug, Default)]
@@ -30,8 +31,8 @@ pub struct RowChunk {
     pub stencil: Vec<f64>,
     /// Search buffer for the water.
     pub near: Neighbours,
-    /// Search buffers for the walls of tank and body.
-    pub near_walls: [Neighbours; 2],
+    /// Search buffers for the walls of tank, obstacles and body.
+    pub near_walls: [Neighbours; WALL_SETS],
     /// Running sums of the row being written.
     pub running: Vec<f64>,
 }

@@ -29,9 +29,10 @@ pub enum GaugeKind {
         /// `[D]` m; its height does not matter.
         point: Vec<f64>,
     },
-    /// Fluid: force and moment about the origin on a face of the tank, or on the body (`fx_n`, ..., `mz_nm`).
+    /// Fluid: force and moment about the origin on a face of the tank, on the body or on all obstacles (`fx_n`, ...,
+    /// `mz_nm`).
     Force {
-        /// Name of a tank face, or `body`.
+        /// Name of a tank face, `body` or `obstacles`.
         on: String,
     },
     /// Both: kinetic, potential and (solid) strain energy (`kinetic_j`, ...).
@@ -43,6 +44,10 @@ pub enum GaugeKind {
     Volume,
     /// Fluid: departure from the hydrostatic pressure over all particles, relative to that at the floor (`l2_relative`).
     HydrostaticError,
+    /// Fluid: centre of mass (`cx_m`, `cy_m`, `cz_m`).
+    Centre,
+    /// Fluid: momentum, and moment of momentum about the origin (`px_ns`, ..., `lz_nms`, in 2-D per metre of depth).
+    Momentum,
 }
 
 impl GaugeKind {
@@ -65,7 +70,7 @@ pub struct Gauge {
     pub kind: GaugeKind,
 }
 
-const KINDS: [&str; 10] = [
+const KINDS: [&str; 12] = [
     "displacement",
     "reaction",
     "frequency",
@@ -76,6 +81,8 @@ const KINDS: [&str; 10] = [
     "energy",
     "volume",
     "hydrostatic_error",
+    "centre",
+    "momentum",
 ];
 
 impl Gauge {
@@ -107,9 +114,15 @@ impl Gauge {
                 }
                 "water_level" => GaugeKind::WaterLevel { point: point() },
                 "force" => {
-                    let choices: Vec<_> =
-                        super::shared::face_names(dimension).iter().copied().chain(["body"]).collect();
-                    let on = section.choice("on", &choices).about("Tank face, or the body.").required();
+                    let choices: Vec<_> = super::shared::face_names(dimension)
+                        .iter()
+                        .copied()
+                        .chain(["body", "obstacles"])
+                        .collect();
+                    let on = section
+                        .choice("on", &choices)
+                        .about("Tank face, the body, or all obstacles.")
+                        .required();
                     GaugeKind::Force { on }
                 }
                 "energy" => {
@@ -118,6 +131,8 @@ impl Gauge {
                     GaugeKind::Energy { of }
                 }
                 "volume" => GaugeKind::Volume,
+                "centre" => GaugeKind::Centre,
+                "momentum" => GaugeKind::Momentum,
                 _ => GaugeKind::HydrostaticError,
             };
             section.finish();

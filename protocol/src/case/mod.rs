@@ -20,6 +20,7 @@ mod diagnostic;
 mod file;
 mod gauge;
 mod key;
+mod prescribed;
 mod reference;
 mod scheme;
 mod section;
@@ -31,11 +32,12 @@ pub use diagnostic::{Diagnostic, Place};
 pub use file::CaseFile;
 pub use gauge::{Gauge, GaugeKind};
 pub use key::{KeyDoc, Number, Words};
+pub use prescribed::Prescribed;
 pub use reference::{Norm, Reference, Target};
 pub use scheme::Scheme;
 pub use section::Section;
 pub use shared::{
-    BoxFace, BoxRegion, Domain, FluidOutline, Gravity, Header, Output, SECTIONS, Shared, SolidOutline,
-    TimeSettings, face_names, interpolate, read_clamped,
+    BoxFace, BoxRegion, Domain, FluidOutline, Gravity, Header, Opening, Output, SECTIONS, Shared,
+    SolidOutline, TimeSettings, face_names, interpolate, read_clamped,
 };
 pub use tree::Table;

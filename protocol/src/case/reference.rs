@@ -21,18 +21,41 @@ pub enum Norm {
     Final,
     /// Greatest absolute value in the window.
     MaxAbs,
+    /// Frequency of the passages of the level (of the mean, if none is given), minus the expected one, Hz.
+    Frequency,
+    /// Rate r of the decay exp(-r t) that fits the absolute values best, minus the expected one, 1/s.
+    Decay,
 }
 
 impl Norm {
     /// The names in the case file, in the order of the variants.
-    pub const NAMES: [&'static str; 7] =
-        ["rms", "peak", "crossing", "share_inside", "mean", "final", "max_abs"];
-    const ALL: [Self; 7] =
-        [Self::Rms, Self::Peak, Self::Crossing, Self::ShareInside, Self::Mean, Self::Final, Self::MaxAbs];
+    pub const NAMES: [&'static str; 9] =
+        ["rms", "peak", "crossing", "share_inside", "mean", "final", "max_abs", "frequency", "decay"];
+    const ALL: [Self; 9] = [
+        Self::Rms,
+        Self::Peak,
+        Self::Crossing,
+        Self::ShareInside,
+        Self::Mean,
+        Self::Final,
+        Self::MaxAbs,
+        Self::Frequency,
+        Self::Decay,
+    ];
 
     /// The name in the case file.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
+    }
+
+    /// The unit of what it measures, where that is not the column's.
+    pub fn own_unit(self) -> Option<&'static str> {
+        match self {
+            Self::Crossing => Some("s"),
+            Self::Frequency => Some("Hz"),
+            Self::Decay => Some("1/s"),
+            _ => None,
+        }
     }
 }
 
@@ -75,6 +98,8 @@ pub struct Reference {
     pub to: f64,
     /// Distance of the instants compared, s; 0 takes the rows of the series.
     pub every: f64,
+    /// Compare at the instants of the curve's rows.
+    pub at_curve: bool,
     /// Whether the error is divided by the expected value.
     pub relative: bool,
     /// Bounds the measured value must keep: of the error for `rms` and relative norms, else of the value itself.
@@ -98,11 +123,14 @@ impl Reference {
         let label = section.text("label").about("What it is compared with, for the report.").required();
         let norm = section
             .choice("norm", &Norm::NAMES)
-            .about("rms of the difference | greatest value | time of passing a level | share inside a band | mean | last value | greatest absolute value.")
+            .about("rms of the difference | greatest value | time of passing a level | share inside a band | mean | last value | greatest absolute value | frequency in Hz | rate of decay in 1/s.")
             .required();
         let norm = Norm::ALL[Norm::NAMES.iter().position(|&name| name == norm).unwrap_or_default()];
         let target = Self::read_target(section, norm);
-        let level = section.number("level").about("Level of a crossing, in the column's unit.").optional();
+        let level = section
+            .number("level")
+            .about("Level to pass, in the column's unit (frequency takes the mean without it).")
+            .optional();
         if norm == Norm::Crossing && level.is_none() {
             section.complain("level", "is missing", "a number", "A crossing needs the level to pass.");
         }
@@ -120,6 +148,11 @@ impl Reference {
             .at_least(0.0)
             .about("Distance of the instants compared; 0 takes the rows of the series.")
             .default(0.0);
+        let at_curve =
+            section.flag("at_curve", false, "Compare at the instants of the curve's rows, replaces every.");
+        if at_curve && !section.has("curve") {
+            section.complain("at_curve", "there is no curve", "false", "Remove it, or give a curve.");
+        }
         let relative = section.flag("relative", false, "Divide the error by the expected value.");
         let gate = section.pair(
             "gate",
@@ -128,7 +161,7 @@ impl Reference {
         );
         section.finish();
         let to = to.unwrap_or(f64::INFINITY);
-        Self { gauge, column, label, norm, target, level, margin, from, to, every, relative, gate }
+        Self { gauge, column, label, norm, target, level, margin, from, to, every, at_curve, relative, gate }
     }
 
     fn read_target(section: &Section<'_>, norm: Norm) -> Target {

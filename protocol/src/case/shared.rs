@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::file::CaseFile;
 use super::gauge::Gauge;
+use super::prescribed::Prescribed;
 use super::reference::Reference;
 use super::scheme::Scheme;
 use super::section::Section;
@@ -101,6 +102,23 @@ pub struct Domain {
     pub region: BoxRegion,
     /// Faces without a wall.
     pub open: Vec<BoxFace>,
+    /// Faces that are planes of symmetry: walls without friction.
+    pub symmetry: Vec<BoxFace>,
+    /// Axes along which the scene repeats itself: what leaves at one end enters at the other.
+    pub periodic: Vec<bool>,
+    /// Holes in the walls.
+    pub openings: Vec<Opening>,
+    /// Motion of the whole tank; everything is told in its frame.
+    pub motion: Option<Prescribed>,
+}
+
+/// `[[domain.opening]]`: a hole in a wall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opening {
+    /// The wall.
+    pub face: BoxFace,
+    /// The hole; its extent across the wall does not matter.
+    pub region: BoxRegion,
 }
 
 /// `[gravity]`: the body force per mass on water and structure.
@@ -231,8 +249,19 @@ pub struct Shared {
 }
 
 /// Every section a case may have.
-pub const SECTIONS: [&str; 10] =
-    ["case", "domain", "gravity", "fluid", "solid", "coupling", "time", "output", "gauge", "reference"];
+pub const SECTIONS: [&str; 11] = [
+    "case",
+    "domain",
+    "obstacle",
+    "gravity",
+    "fluid",
+    "solid",
+    "coupling",
+    "time",
+    "output",
+    "gauge",
+    "reference",
+];
 
 impl Shared {
     /// Reads the shared sections, complaining about what is wrong in them.
@@ -280,9 +309,34 @@ pub fn face_names(dimension: usize) -> &'static [&'static str] {
 
 fn read_domain(section: &Section<'_>, dimension: usize) -> Domain {
     let region = BoxRegion::read(section, dimension, "the inside of the tank");
-    let open = section.choice("open", face_names(dimension)).about("Faces without a wall.").list(&[]);
+    let names = face_names(dimension);
+    let open = faces(&section.choice("open", names).about("Faces without a wall.").list(&[]));
+    let symmetry = section.choice("symmetry", names);
+    let symmetry =
+        faces(&symmetry.about("Faces that are planes of symmetry: walls without friction.").list(&[]));
+    let axes = section.choice("periodic", &["x", "y", "z"][..dimension]);
+    let axes = axes.about(
+        "Axes along which the scene repeats itself; water that leaves at one end enters at the other.",
+    );
+    let axes = axes.list(&[]);
+    let periodic: Vec<bool> =
+        ["x", "y", "z"][..dimension].iter().map(|axis| axes.iter().any(|named| named == axis)).collect();
+    let openings = section.list("opening").iter().map(|hole| read_opening(hole, dimension)).collect();
+    let motion = section.inner("motion").map(|motion| Prescribed::read(&motion, dimension));
     section.finish();
-    Domain { region, open: faces(&open) }
+    for face in open.iter().filter(|face| symmetry.contains(face) || periodic[face.axis()]) {
+        let message =
+            format!("the face \"{}\" is said to be a plane of symmetry or periodic too", face.name());
+        section.complain("open", message, "one of the three", "Leave it in one list.");
+    }
+    Domain { region, open, symmetry, periodic, openings, motion }
+}
+
+fn read_opening(section: &Section<'_>, dimension: usize) -> Opening {
+    let face = section.choice("face", face_names(dimension)).about("The wall the hole is in.").required();
+    let region = BoxRegion::read(section, dimension, "the hole; its extent across the wall does not matter");
+    section.finish();
+    Opening { face: BoxFace::from_name(&face).unwrap_or(BoxFace::Left), region }
 }
 
 fn read_gravity(section: &Section<'_>, dimension: usize) -> Gravity {

@@ -3,9 +3,9 @@
 use protocol::case::{Section, Shared};
 
 use crate::material::LawKind;
-use crate::prescribed::Prescribed;
 use crate::scene::Scene;
 use crate::support::Support;
+use protocol::case::Prescribed;
 
 pub(super) fn read_material(section: &Section<'_>, scene: &mut Scene) {
     scene.density =

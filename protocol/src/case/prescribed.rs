@@ -1,8 +1,8 @@
-//! Motion known beforehand: none, a sine, or a table.
+//! Motion known beforehand: none, a sine, or a table. Of a rigid body, an obstacle or the tank.
 
 use std::f64::consts::TAU;
 
-use protocol::case::Section;
+use super::section::Section;
 
 /// How a rigid body moves; it does not turn.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -30,10 +30,10 @@ pub enum Prescribed {
 }
 
 /// Displacement m, velocity m/s and acceleration m/s2 along one axis.
-pub type Motion = [f64; 3];
+pub(super) type Motion = [f64; 3];
 
 impl Prescribed {
-    /// Reads `[solid.motion]`.
+    /// Reads a section of a motion, such as `[solid.motion]`.
     pub fn read(section: &Section<'_>, dimension: usize) -> Self {
         let kind = section.choice("kind", &["sine", "table"]).about("Form of the motion.").default("sine");
         let amplitude = section.vector("amplitude", dimension, "m", "sine: amplitude along each axis.");
@@ -70,6 +70,22 @@ impl Prescribed {
         }
         let time = rows.iter().map(|row| row[0]).collect();
         Self::Table { time, displacement: rows.into_iter().map(|row| row[1..].to_vec()).collect() }
+    }
+
+    /// Largest speed at any time, m/s; of a table, to a twentieth of a row.
+    pub fn largest_speed(&self) -> f64 {
+        let size = |speeds: &mut dyn Iterator<Item = f64>| speeds.map(|v| v * v).sum::<f64>().sqrt();
+        match self {
+            Self::Fixed => 0.0,
+            Self::Sine { amplitude, frequency, .. } => TAU * frequency * size(&mut amplitude.iter().copied()),
+            Self::Table { time, displacement } => {
+                let at = |t: f64| size(&mut (0..displacement[0].len()).map(|axis| self.at(axis, t)[1]));
+                let inside = time.windows(2).flat_map(|pair| {
+                    (0..20).map(|k| pair[0] + (f64::from(k) + 0.5) / 20.0 * (pair[1] - pair[0]))
+                });
+                inside.map(at).fold(0.0, f64::max)
+            }
+        }
     }
 
     /// The motion along an axis at a time, s.
@@ -135,6 +151,14 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_largest_speed_is_met_and_never_passed() {
+        let sine = Prescribed::Sine { amplitude: vec![0.03, 0.04], frequency: 2.0, phase: 0.3 };
+        assert!((sine.largest_speed() - TAU * 0.1).abs() < 1e-12);
+        let table = Prescribed::Table { time: vec![0.0, 1.0], displacement: vec![vec![0.0], vec![1.0]] };
+        assert!((table.largest_speed() - 1.5).abs() < 2e-3, "3 s2 - 2 s3: {}", table.largest_speed());
     }
 
     #[test]
