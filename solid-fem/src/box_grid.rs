@@ -80,7 +80,7 @@ impl BoxGrid {
     }
 
     /// Facets of the named faces in global node numbers, outward: segments, quadrilaterals, or triangles when
-    /// `triangulated` (cut as [`crate::mesh::Mesh::of_simplices`] cuts the cells).
+    /// `triangulated` (cut as `Mesh::of_simplices` cuts the cells).
     pub fn facets(&self, faces: &[Face], triangulated: bool) -> Facets {
         let mut facets = Facets { nodes_per_facet: self.nodes_per_facet(triangulated), ..Facets::default() };
         for &face in faces {

@@ -13,7 +13,7 @@
 //! | `tet4` | 3-D, paper mode: far too stiff in bending |
 //!
 //! Files: [`isoparametric`] (all displacement elements), [`enhanced`] with the two sets of modes and
-//! [`enhanced_iterated`] (the same for laws that are not linear), [`kinematics`] (one integration point).
+//! [`enhanced_iterated`] (the same for laws that are not linear), `kinematics` (one integration point).
 
 pub mod enhanced;
 pub mod enhanced_iterated;

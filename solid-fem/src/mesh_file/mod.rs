@@ -1,6 +1,6 @@
 //! Meshes from files: Gmsh MSH 2.2 and 4.1 (text), and a subset of the Abaqus/CalculiX input deck.
 //!
-//! A file is read into [`Raw`], the same for all formats, checked (`check.rs`) and made a [`Mesh`]. Every complaint names
+//! A file is read into `Raw`, the same for all formats, checked (`check.rs`) and made a [`Mesh`]. Every complaint names
 //! the line it is about.
 
 mod check;
