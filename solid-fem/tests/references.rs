@@ -203,7 +203,7 @@ fn stiffness_damping_decays_at_its_rate() {
 /// A face that moves as told: the body follows, and the support feels the inertia of the whole body.
 #[test]
 fn a_prescribed_face_carries_the_body() {
-    use solid_fem::prescribed::Prescribed;
+    use protocol::case::Prescribed;
     use solid_fem::support::Support;
     let grid = BoxGrid { dimension: 2, minimum: [0.0; 3], maximum: [1.0, 0.5, 0.0], cells: [4, 2, 1] };
     let mut scene = Scene::of_box(grid, 1000.0, 1e9, 0.0);
