@@ -16,7 +16,8 @@ fn turning_square(suction: bool) -> Fluid<2> {
     Fluid::new(scene, None).unwrap()
 }
 
-/// Pair forces are central and equal: momentum and moment of momentum are kept to round-off, with and without suction.
+/// Pair forces are equal and central, with and without suction: momentum is kept to round-off, its moment to what the
+/// direction of a pair is rounded to (places are whole parts of an edge, a millionth of a spacing).
 #[test]
 fn a_turning_square_keeps_its_momenta() {
     for suction in [false, true] {
@@ -30,7 +31,7 @@ fn a_turning_square_keeps_its_momenta() {
             assert!((after[k] - before[k]).abs() < 1e-11 * 40.0, "{before:?} -> {after:?}");
         }
         let now = fluid.angular_momentum(&[0.0; 2])[2];
-        assert!((now / turning - 1.0).abs() < 1e-9, "{turning} -> {now}");
+        assert!((now / turning - 1.0).abs() < 1e-7, "{turning} -> {now}");
         // 1 rad: 40 kg/m at (0.2, 0.1) m/s for 0.2 s.
         let centre = fluid.centre();
         assert!((centre[0] - 0.04).abs() < 1e-9 && (centre[1] - 0.02).abs() < 1e-9, "{centre:?}");

@@ -80,9 +80,9 @@ impl Prescribed {
             Self::Sine { amplitude, frequency, .. } => TAU * frequency * size(&mut amplitude.iter().copied()),
             Self::Table { time, displacement } => {
                 let at = |t: f64| size(&mut (0..displacement[0].len()).map(|axis| self.at(axis, t)[1]));
-                let inside = time.windows(2).flat_map(|pair| {
-                    (0..20).map(|k| pair[0] + (f64::from(k) + 0.5) / 20.0 * (pair[1] - pair[0]))
-                });
+                let inside = time
+                    .windows(2)
+                    .flat_map(|pair| (0..=20).map(|k| pair[0] + f64::from(k) / 20.0 * (pair[1] - pair[0])));
                 inside.map(at).fold(0.0, f64::max)
             }
         }
