@@ -15,7 +15,7 @@ use faer::{Conj, MatMut, Par, Side, Spec};
 use super::block_matrix::{BlockMatrix, BlockPattern};
 use super::ordering::nested_dissection;
 
-/// Number of nodes from which nested dissection leaves less fill than minimum degree (measured).
+/// Number of nodes from which nested dissection is used: it pays for large meshes; the threshold itself is not measured.
 const DISSECT_ABOVE: usize = 20_000;
 
 /// The matrix is not positive definite.
