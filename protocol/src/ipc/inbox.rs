@@ -17,6 +17,11 @@ use crate::names::{self, RunNames};
 /// Longest uninterrupted sleep of a waiting process.
 pub(super) const SLICE: Duration = Duration::from_millis(100);
 
+/// From the start of a wait, this long a process stays awake and gives way to whoever has work. In a small scene most
+/// waits are shorter than it takes to put a core to sleep and to wake it again, above all on a virtual machine
+/// (`docs/performance.md`, "Orders and channels").
+const AWAKE: Duration = Duration::from_micros(300);
+
 /// Shortest sleep: a time-out of zero would mean an endless one to the socket below.
 const SHORTEST: Duration = Duration::from_millis(1);
 
@@ -105,12 +110,16 @@ impl<'a> Patience<'a> {
         Self { inbox, peer, limit, start: Instant::now() }
     }
 
-    /// Sleeps until something happens, at most for `slice`.
+    /// Sleeps until something happens, at most for `slice`; at the start of a wait only gives way.
     ///
     /// # Errors
     /// [`LinkError::Aborted`], [`LinkError::PeerSilent`] past the limit, or what the watch has seen.
     pub(super) fn pause(&self, slice: Duration) -> Result<(), LinkError> {
         self.inbox.check()?;
+        if self.start.elapsed() < AWAKE {
+            std::thread::yield_now();
+            return Ok(());
+        }
         let left = self.limit.map_or(SLICE, |limit| limit.saturating_sub(self.start.elapsed()));
         let woken = self.inbox.sleep(slice.min(SLICE).min(left).max(SHORTEST))?;
         self.inbox.check()?;
