@@ -114,7 +114,7 @@ impl Gauge {
                 }
                 "water_level" => GaugeKind::WaterLevel { point: point() },
                 "force" => {
-                    let choices: Vec<_> = super::shared::face_names(dimension)
+                    let choices: Vec<_> = super::domain::face_names(dimension)
                         .iter()
                         .copied()
                         .chain(["body", "obstacles"])

@@ -17,9 +17,11 @@
 
 mod check;
 mod diagnostic;
+mod domain;
 mod file;
 mod gauge;
 mod key;
+mod outline;
 mod prescribed;
 mod reference;
 mod scheme;
@@ -29,15 +31,14 @@ mod tree;
 
 pub use check::{CheckReport, LeftOut, PlanFigure};
 pub use diagnostic::{Diagnostic, Place};
+pub use domain::{BoxFace, BoxRegion, Domain, Opening, face_names};
 pub use file::CaseFile;
 pub use gauge::{Gauge, GaugeKind};
 pub use key::{KeyDoc, Number, Words};
+pub use outline::{FluidOutline, SolidOutline, read_clamped};
 pub use prescribed::Prescribed;
 pub use reference::{Norm, Reference, Target};
 pub use scheme::Scheme;
 pub use section::Section;
-pub use shared::{
-    BoxFace, BoxRegion, Domain, FluidOutline, Gravity, Header, Opening, Output, SECTIONS, Shared,
-    SolidOutline, TimeSettings, face_names, interpolate, read_clamped,
-};
+pub use shared::{Gravity, Header, Output, SECTIONS, Shared, TimeSettings, interpolate};
 pub use tree::Table;

@@ -1,90 +1,12 @@
-//! The sections several programs read: `[case]`, `[domain]`, `[gravity]`, `[time]`, `[output]`, and the outline of `[solid]`.
+//! What several programs read: `[case]`, `[gravity]`, `[time]`, `[output]`, and all that belongs to one scene.
 
-use serde::{Deserialize, Serialize};
-
+use super::domain::{Domain, read_domain};
 use super::file::CaseFile;
 use super::gauge::Gauge;
-use super::prescribed::Prescribed;
+use super::outline::{FluidOutline, SolidOutline, read_fluid_outline, read_outline};
 use super::reference::Reference;
 use super::scheme::Scheme;
 use super::section::Section;
-
-/// A face of an axis-aligned box; `y` points up, `z` along the depth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BoxFace {
-    /// -x
-    Left = 0,
-    /// +x
-    Right = 1,
-    /// -y
-    Bottom = 2,
-    /// +y
-    Top = 3,
-    /// -z
-    Back = 4,
-    /// +z
-    Front = 5,
-}
-
-impl BoxFace {
-    /// All faces, in the order of their numbers.
-    pub const ALL: [Self; 6] = [Self::Left, Self::Right, Self::Bottom, Self::Top, Self::Back, Self::Front];
-    /// Their names, in the same order; the first four exist in 2-D.
-    pub const NAMES: [&'static str; 6] = ["left", "right", "bottom", "top", "back", "front"];
-
-    /// The face of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::NAMES.iter().position(|&known| known == name).map(|index| Self::ALL[index])
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
-    /// The axis it is normal to: 0, 1 or 2.
-    pub fn axis(self) -> usize {
-        self as usize / 2
-    }
-
-    /// -1 for the face at the minimum of its axis, +1 for the one at the maximum.
-    pub fn sign(self) -> f64 {
-        if (self as usize).is_multiple_of(2) { -1.0 } else { 1.0 }
-    }
-}
-
-/// An axis-aligned box, one number per dimension, m.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BoxRegion {
-    /// Least corner.
-    pub min: Vec<f64>,
-    /// Greatest corner.
-    pub max: Vec<f64>,
-}
-
-impl BoxRegion {
-    /// Reads `min` and `max` of a section.
-    pub fn read(section: &Section<'_>, dimension: usize, what: &str) -> Self {
-        let min = section.required_vector("min", dimension, "m", &format!("Least corner of {what}."));
-        let max = section.required_vector("max", dimension, "m", &format!("Greatest corner of {what}."));
-        let written = section.has("min") && section.has("max");
-        if written && min.iter().zip(&max).any(|(min, max)| min >= max) {
-            section.complain(
-                "max",
-                format!("{max:?} is not greater than min = {min:?} in every direction"),
-                "max > min",
-                "Give both corners in metres.",
-            );
-        }
-        Self { min, max }
-    }
-
-    /// Edge length along an axis, m.
-    pub fn length(&self, axis: usize) -> f64 {
-        self.max[axis] - self.min[axis]
-    }
-}
 
 /// `[case]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,32 +15,6 @@ pub struct Header {
     pub name: String,
     /// 2 or 3.
     pub dimension: usize,
-}
-
-/// `[domain]`: the tank.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Domain {
-    /// The inside of the tank.
-    pub region: BoxRegion,
-    /// Faces without a wall.
-    pub open: Vec<BoxFace>,
-    /// Faces that are planes of symmetry: walls without friction.
-    pub symmetry: Vec<BoxFace>,
-    /// Axes along which the scene repeats itself: what leaves at one end enters at the other.
-    pub periodic: Vec<bool>,
-    /// Holes in the walls.
-    pub openings: Vec<Opening>,
-    /// Motion of the whole tank; everything is told in its frame.
-    pub motion: Option<Prescribed>,
-}
-
-/// `[[domain.opening]]`: a hole in a wall.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Opening {
-    /// The wall.
-    pub face: BoxFace,
-    /// The hole; its extent across the wall does not matter.
-    pub region: BoxRegion,
 }
 
 /// `[gravity]`: the body force per mass on water and structure.
@@ -168,59 +64,6 @@ pub struct Output {
     pub fields_every: Option<f64>,
     /// Time between two rows of a series, s; 0 is every step.
     pub series_every: f64,
-}
-
-/// The part of `[solid]` the fluid and the coupler must know.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SolidOutline {
-    /// `fem` or `rigid`.
-    pub model: String,
-    /// The unloaded body; all zero where a mesh file gives it and no water needs to know.
-    pub region: BoxRegion,
-    /// Mesh file of the body, relative to the case, in place of a box of elements.
-    pub mesh: Option<String>,
-    /// Elements along each axis.
-    pub elements: Vec<usize>,
-    /// Faces the water may touch.
-    pub wet: Vec<BoxFace>,
-    /// Faces that are held.
-    pub clamped: Vec<BoxFace>,
-    /// Density, kg/m3; not needed for a rigid body.
-    pub density: Option<f64>,
-    /// Whether the motion is known beforehand (rigid body with `[solid.motion]`).
-    pub prescribed: bool,
-}
-
-impl SolidOutline {
-    /// The axis across the wall: the shortest edge of the body.
-    pub fn thickness_axis(&self) -> usize {
-        let shorter = |&a: &usize, &b: &usize| self.region.length(a).total_cmp(&self.region.length(b));
-        (0..self.region.min.len()).min_by(shorter).expect("a body has axes")
-    }
-
-    /// Faces whose nodes are interface nodes: the wet ones and both faces across the wall, so that the fluid can span
-    /// its cells from one face to the other; a dry one gets no load because no water is near.
-    pub fn interface_faces(&self) -> Vec<BoxFace> {
-        let axis = self.thickness_axis();
-        let dimension = self.region.min.len();
-        let faces = BoxFace::ALL.into_iter().take(2 * dimension);
-        faces.filter(|face| face.axis() == axis || self.wet.contains(face)).collect()
-    }
-
-    /// Number of wet faces across the wall: 0, 1 or 2.
-    pub fn wet_sides(&self) -> usize {
-        let axis = self.thickness_axis();
-        self.wet.iter().filter(|face| face.axis() == axis).count()
-    }
-}
-
-/// The part of `[fluid]` the coupler must know.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FluidOutline {
-    /// Reference density, kg/m3.
-    pub density: f64,
-    /// Boxes of water at the start.
-    pub regions: Vec<BoxRegion>,
 }
 
 /// Everything several programs read.
@@ -298,47 +141,6 @@ fn read_header(case: &CaseFile) -> Header {
     Header { name, dimension: dimension.clamp(2, 3) }
 }
 
-fn faces(words: &[String]) -> Vec<BoxFace> {
-    words.iter().filter_map(|word| BoxFace::from_name(word)).collect()
-}
-
-/// The names of the faces a box of this dimension has.
-pub fn face_names(dimension: usize) -> &'static [&'static str] {
-    &BoxFace::NAMES[..2 * dimension]
-}
-
-fn read_domain(section: &Section<'_>, dimension: usize) -> Domain {
-    let region = BoxRegion::read(section, dimension, "the inside of the tank");
-    let names = face_names(dimension);
-    let open = faces(&section.choice("open", names).about("Faces without a wall.").list(&[]));
-    let symmetry = section.choice("symmetry", names);
-    let symmetry =
-        faces(&symmetry.about("Faces that are planes of symmetry: walls without friction.").list(&[]));
-    let axes = section.choice("periodic", &["x", "y", "z"][..dimension]);
-    let axes = axes.about(
-        "Axes along which the scene repeats itself; water that leaves at one end enters at the other.",
-    );
-    let axes = axes.list(&[]);
-    let periodic: Vec<bool> =
-        ["x", "y", "z"][..dimension].iter().map(|axis| axes.iter().any(|named| named == axis)).collect();
-    let openings = section.list("opening").iter().map(|hole| read_opening(hole, dimension)).collect();
-    let motion = section.inner("motion").map(|motion| Prescribed::read(&motion, dimension));
-    section.finish();
-    for face in open.iter().filter(|face| symmetry.contains(face) || periodic[face.axis()]) {
-        let message =
-            format!("the face \"{}\" is said to be a plane of symmetry or periodic too", face.name());
-        section.complain("open", message, "one of the three", "Leave it in one list.");
-    }
-    Domain { region, open, symmetry, periodic, openings, motion }
-}
-
-fn read_opening(section: &Section<'_>, dimension: usize) -> Opening {
-    let face = section.choice("face", face_names(dimension)).about("The wall the hole is in.").required();
-    let region = BoxRegion::read(section, dimension, "the hole; its extent across the wall does not matter");
-    section.finish();
-    Opening { face: BoxFace::from_name(&face).unwrap_or(BoxFace::Left), region }
-}
-
 fn read_gravity(section: &Section<'_>, dimension: usize) -> Gravity {
     let acceleration = section.required_vector(
         "acceleration",
@@ -396,87 +198,4 @@ fn read_output(case: &CaseFile) -> Output {
         .default(0.0);
     section.finish();
     Output { fields_every, series_every }
-}
-
-fn read_outline(
-    section: &Section<'_>,
-    dimension: usize,
-    domain: &Option<Domain>,
-    has_fluid: bool,
-) -> Option<SolidOutline> {
-    let model = section
-        .choice("model", &["fem", "rigid", "none"])
-        .about("fem: elastic, by finite elements; rigid: fixed or with a prescribed motion; none: no solid.")
-        .default("fem");
-    if model == "none" {
-        return None;
-    }
-    let mesh = section
-        .text("mesh")
-        .about(
-            "fem: mesh file in m, relative to the case (Gmsh MSH 2.2 or 4.1, Abaqus/CalculiX deck), in place of elements; \
-             min and max are then needed beside water only, where the body must fill that box.",
-        )
-        .optional();
-    let is_meshed = mesh.is_some() && model == "fem";
-    let region = if is_meshed && !has_fluid && !section.has("min") && !section.has("max") {
-        BoxRegion { min: vec![0.0; dimension], max: vec![0.0; dimension] }
-    } else {
-        BoxRegion::read(section, dimension, "the unloaded body")
-    };
-    let default = vec![1.0; dimension];
-    let elements = section
-        .vector("elements", dimension, "", "Elements along each axis (default: one each).")
-        .unwrap_or(default);
-    if elements.iter().any(|&count| count < 1.0 || count.fract() != 0.0 || count > 1e6) {
-        section.complain("elements", format!("{elements:?} is not allowed"), "whole numbers >= 1", "");
-    }
-    let elements = elements.iter().map(|&count| count.clamp(1.0, 1e6) as usize).collect();
-    let default = default_wet_faces(&region, dimension, domain);
-    let wet = section
-        .choice("wet", face_names(dimension))
-        .about("Faces the water may touch (default: all that do not lie in a face of the domain).")
-        .list(&default);
-    let clamped = read_clamped(section, dimension, is_meshed);
-    let density = section.number("density").unit("kg/m3").above(0.0).about("Density of the body.").optional();
-    let prescribed = model == "rigid" && section.has("motion");
-    let (wet, clamped) = (faces(&wet), faces(&clamped));
-    Some(SolidOutline { model, region, mesh, elements, wet, clamped, density, prescribed })
-}
-
-/// The names of the faces that are held; a mesh file may name its own.
-pub fn read_clamped(section: &Section<'_>, dimension: usize, is_meshed: bool) -> Vec<String> {
-    let names = if is_meshed { &[] } else { face_names(dimension) };
-    section
-        .choice("clamped", names)
-        .about("Faces that are held; of a mesh file also its named surfaces and sets of nodes.")
-        .list(&[])
-}
-
-fn read_fluid_outline(section: &Section<'_>, dimension: usize) -> FluidOutline {
-    let density = section
-        .number("density")
-        .unit("kg/m3")
-        .above(0.0)
-        .about("Reference density of the water.")
-        .default(1000.0);
-    let regions = section.list("region");
-    let regions = regions.iter().map(|region| BoxRegion::read(region, dimension, "a box of water")).collect();
-    FluidOutline { density, regions }
-}
-
-fn default_wet_faces(region: &BoxRegion, dimension: usize, domain: &Option<Domain>) -> Vec<&'static str> {
-    let lies_in_domain_face = |face: BoxFace| {
-        let axis = face.axis();
-        domain.as_ref().is_some_and(|domain| {
-            let tolerance = 1e-9 * domain.region.length(axis).abs();
-            if face.sign() < 0.0 {
-                region.min[axis] <= domain.region.min[axis] + tolerance
-            } else {
-                region.max[axis] >= domain.region.max[axis] - tolerance
-            }
-        })
-    };
-    let faces = BoxFace::ALL.into_iter().take(2 * dimension);
-    faces.filter(|&face| !lies_in_domain_face(face)).map(BoxFace::name).collect()
 }
