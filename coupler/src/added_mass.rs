@@ -8,6 +8,11 @@ use crate::case::Settings;
 /// of the prediction, in a modal model; the real fluid's limit lies lower.
 const CSS_LIMITS: [f64; 3] = [2.8, 2.1, 1.1];
 
+/// Largest added-mass ratio for a conventional staggered scheme with this order of prediction.
+pub fn css_limit(prediction_order: u8) -> f64 {
+    CSS_LIMITS[usize::from(prediction_order)]
+}
+
 /// r = rho_f l_a / (rho_s h) times the number of wet sides.
 ///
 /// l_a is L / 1.9 for a wall of length L clamped at one end (beside open water), 0.7 of the water's depth for a plate
@@ -30,15 +35,29 @@ pub fn estimate(shared: &Shared) -> Option<f64> {
 /// What a ratio means for a scheme, in words for the plan.
 pub fn meaning(ratio: f64, settings: &Settings) -> String {
     let carries = format!("the wall carries {ratio:.1} times its own mass in water");
-    let limit = CSS_LIMITS[usize::from(settings.prediction_order)];
+    let limit = css_limit(settings.prediction_order);
     match settings.scheme {
-        Scheme::Robin => format!("{carries}; Robin wall: stable"),
+        Scheme::Robin => {
+            let steps = steps_a_period(ratio);
+            format!("{carries}; Robin wall: stable, its motion right from {steps} steps a period on")
+        }
         Scheme::Strong => format!("{carries}; sub-iterations: stable"),
         Scheme::ToSolid | Scheme::ToFluid => format!("{carries}, which a one-way scheme leaves out"),
         Scheme::Css | Scheme::Parallel if ratio < 0.3 * limit => format!("{carries}; staggered: stable"),
         Scheme::Css | Scheme::Parallel => {
             format!("{carries}; staggered is at or past its limit, a smaller step does not help")
         }
+    }
+}
+
+/// Steps a coupled period that the Robin wall needs for a frequency right to 2 %: it treats the change of the load over
+/// a step as if the wall had no stiffness.
+fn steps_a_period(ratio: f64) -> u32 {
+    match ratio {
+        ratio if ratio <= 5.0 => 100,
+        ratio if ratio <= 10.0 => 200,
+        ratio if ratio <= 50.0 => 600,
+        _ => 3000,
     }
 }
 
@@ -60,5 +79,8 @@ mod tests {
         // 1000 * 0.08 / 1.9 / (2500 * 0.012) = 1.404 per side.
         assert!((ratio - 2.0 * 1.404).abs() < 0.01, "{ratio}");
         assert!(meaning(ratio, &Settings::read(&case, &shared)).contains("past its limit"));
+        // Where the guard may choose, it does not begin with what cannot hold.
+        let free = CaseFile::parse("a", &format!("{css}on_guard='escalate'\n"), &[]);
+        assert_eq!(Settings::read(&free, &Shared::read(&free)).scheme, Scheme::Robin);
     }
 }

@@ -2,7 +2,7 @@
 
 use protocol::case::{CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared};
 
-use crate::acceleration::{Acceleration, Aitken, IqnIls, Reuse};
+use crate::acceleration::{Acceleration, Aitken, Imvj, IqnIls, Reuse};
 use crate::added_mass;
 use crate::dummy_mesh::DummyMesh;
 use crate::passes::{Agreement, Passes};
@@ -32,6 +32,8 @@ pub enum MappingKind {
 /// What happens when a guard trips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OnGuard {
+    /// Another scheme takes over: the Robin wall from a staggered one, passes from the Robin wall.
+    Escalate,
     /// The run goes on; the verdict stands in `run.json` and on the report.
     Warn,
     /// The run ends with the verdict.
@@ -41,11 +43,11 @@ pub enum OnGuard {
 /// `[coupling]`, resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// How the solvers take turns.
+    /// The scheme the run begins with.
     pub scheme: Scheme,
     /// Of the displacement, for the schemes that predict it.
     pub prediction_order: u8,
-    /// Of the strong scheme.
+    /// Of the strong scheme, and of steps that are escalated.
     pub passes: Option<Passes>,
     /// What loads the solid.
     pub load: LoadForm,
@@ -68,7 +70,8 @@ impl Settings {
         // Read by all, as it decides the turns.
         section.pass_over(&["scheme"]);
         let prediction_order = read_prediction_order(&section, shared.scheme);
-        let passes = read_passes(&section, shared.scheme);
+        let on_guard = read_on_guard(&section);
+        let passes = read_passes(&section, shared.scheme == Scheme::Strong || on_guard == OnGuard::Escalate);
         let load = section
             .choice("load", &["pair", "markers"])
             .about("pair: pair reaction, exact in momentum; markers: traction from the marker pressures (the paper's).")
@@ -87,10 +90,6 @@ impl Settings {
             .at_most(2.0)
             .about("Share of the wall's mass that gives way; 0.25 to 1 is good, 2 noisy, 4 unstable.")
             .default(0.5);
-        let on_guard = section
-            .choice("on_guard", &["warn", "stop"])
-            .about("What a tripped stability guard does; the verdict is recorded either way.")
-            .default("warn");
         let dimension = shared.header.dimension;
         let solid_elements = shared.solid.as_ref().map(|solid| solid.elements.clone()).unwrap_or_default();
         let dummy_elements = section
@@ -106,7 +105,7 @@ impl Settings {
             .unwrap_or((0.0, f64::INFINITY));
         section.finish();
         Self {
-            scheme: shared.scheme,
+            scheme: first_scheme(shared, on_guard, prediction_order),
             prediction_order,
             passes,
             load: if load == "pair" { LoadForm::Pair } else { LoadForm::Markers },
@@ -117,10 +116,20 @@ impl Settings {
                 _ => MappingKind::Projection,
             },
             robin_factor,
-            on_guard: if on_guard == "stop" { OnGuard::Stop } else { OnGuard::Warn },
+            on_guard,
             dummy_elements,
             ledger_window: window,
         }
+    }
+}
+
+/// The scheme a run begins with: that of the case; where it may be changed, not one that the water is too heavy for.
+fn first_scheme(shared: &Shared, on_guard: OnGuard, prediction_order: u8) -> Scheme {
+    let is_free = on_guard == OnGuard::Escalate && shared.scheme == Scheme::Css;
+    let is_past_limit = |ratio: f64| ratio > added_mass::css_limit(prediction_order);
+    match added_mass::estimate(shared) {
+        Some(ratio) if is_free && is_past_limit(ratio) => Scheme::Robin,
+        _ => shared.scheme,
     }
 }
 
@@ -141,6 +150,21 @@ fn read_if<T>(
     None
 }
 
+/// A scheme the case asks for is obeyed; one it does not ask for may be changed.
+fn read_on_guard(section: &Section<'_>) -> OnGuard {
+    let is_pinned = section.has("scheme");
+    let word = section.choice("on_guard", &["escalate", "warn", "stop"]).about(
+        "What a restless load (load jump above 0.5, or growth with alternating sign) leads to. escalate: from css and \
+         parallel to robin, from robin to passes for the steps that need them; each is counted and reported; the default \
+         where scheme is not written. warn: the verdict is recorded; the default where it is. stop: the run ends.",
+    );
+    match word.default(if is_pinned { "warn" } else { "escalate" }).as_str() {
+        "escalate" => OnGuard::Escalate,
+        "stop" => OnGuard::Stop,
+        _ => OnGuard::Warn,
+    }
+}
+
 fn read_prediction_order(section: &Section<'_>, scheme: Scheme) -> u8 {
     let wanted = matches!(scheme, Scheme::Css | Scheme::Parallel);
     let why =
@@ -155,13 +179,13 @@ fn read_prediction_order(section: &Section<'_>, scheme: Scheme) -> u8 {
     order.unwrap_or(1)
 }
 
-fn read_passes(section: &Section<'_>, scheme: Scheme) -> Option<Passes> {
-    let wanted = scheme == Scheme::Strong;
-    let why = "It belongs to scheme = \"strong\".";
+fn read_passes(section: &Section<'_>, wanted: bool) -> Option<Passes> {
+    let why = "It belongs to scheme = \"strong\" and to on_guard = \"escalate\".";
     let method = read_if(section, wanted, "acceleration", why, || {
-        let choice = section.choice("acceleration", &["iqn-ils", "aitken", "fixed"]).about(
-            "strong: from one pass to the next; iqn-ils: interface quasi-Newton; aitken: changing relaxation; fixed: \
-             constant relaxation, slow or unstable with a heavy fluid.",
+        let choice = section.choice("acceleration", &["iqn-ils", "imvj", "aitken", "fixed"]).about(
+            "strong: from one pass to the next; iqn-ils: interface quasi-Newton, least squares over the last steps; imvj: \
+             the same with a Jacobian that each step corrects; aitken: changing relaxation; fixed: constant relaxation, \
+             slow or unstable with a heavy fluid.",
         );
         choice.default("iqn-ils")
     });
@@ -171,15 +195,14 @@ fn read_passes(section: &Section<'_>, scheme: Scheme) -> Option<Passes> {
         );
         number.default(0.1)
     });
-    let reused_steps =
-        read_if(section, wanted && method.as_deref() == Some("iqn-ils"), "reused_steps", why, || {
-            let number = section
-                .integer("reused_steps")
-                .at_least(0.0)
-                .at_most(100.0)
-                .about("iqn-ils: steps whose passes serve the next ones.");
-            number.default(10.0) as usize
-        });
+    let reused_steps = read_if(section, wanted && is_newton(method.as_deref()), "reused_steps", why, || {
+        let number = section
+            .integer("reused_steps")
+            .at_least(0.0)
+            .at_most(100.0)
+            .about("iqn-ils, imvj: steps whose passes serve the next ones.");
+        number.default(10.0) as usize
+    });
     let tolerance = read_if(section, wanted, "tolerance", why, || {
         let number = section.number("tolerance").at_least(1e-4).at_most(0.1).about(
             "strong: |x~ - x| over max(|x~ - u_n|, 0.01 |x~|) at which a step stands. The pressure solve must be ten \
@@ -196,16 +219,19 @@ fn read_passes(section: &Section<'_>, scheme: Scheme) -> Option<Passes> {
         number.default(30.0) as u32
     });
     let (method, relaxation) = (method?, relaxation?);
+    let reuse = Reuse { steps: reused_steps.unwrap_or_default(), first_relaxation: relaxation };
     let acceleration = match method.as_str() {
         "fixed" => Acceleration::Fixed { relaxation },
         "aitken" => Acceleration::Aitken(Aitken::new(relaxation)),
-        _ => {
-            let reuse = Reuse { steps: reused_steps.unwrap_or_default(), first_relaxation: relaxation };
-            Acceleration::IqnIls(IqnIls::new(reuse))
-        }
+        "imvj" => Acceleration::Imvj(Imvj::new(reuse)),
+        _ => Acceleration::IqnIls(IqnIls::new(reuse)),
     };
     let agreement = Agreement { tolerance: tolerance?, most_passes: most_passes? };
     Some(Passes::new(agreement, acceleration))
+}
+
+fn is_newton(method: Option<&str>) -> bool {
+    matches!(method, Some("iqn-ils" | "imvj"))
 }
 
 /// The coupler's answer to `--check`.
@@ -238,14 +264,18 @@ fn not_needed(settings: &Settings, is_rigid: bool) -> Vec<LeftOut> {
         return vec![LeftOut::new("coupling scheme", "a rigid body does not respond to the water")];
     }
     let mut left_out = Vec::new();
-    if settings.scheme != Scheme::Robin {
+    if settings.scheme != Scheme::Robin && settings.on_guard != OnGuard::Escalate {
         left_out.push(LeftOut::new("Robin wall", "the case pins another scheme"));
     }
     if !matches!(settings.scheme, Scheme::Css | Scheme::Parallel) {
         left_out.push(LeftOut::new("displacement prediction", "the scheme does not look ahead by it"));
     }
-    if settings.passes.is_none() {
-        left_out.push(LeftOut::new("sub-iterations", "one pass a step is enough for the scheme chosen"));
+    if settings.scheme != Scheme::Strong {
+        let why = match settings.on_guard {
+            OnGuard::Escalate => "one pass a step is enough until the guard finds the load restless",
+            OnGuard::Warn | OnGuard::Stop => "one pass a step is enough for the scheme chosen",
+        };
+        left_out.push(LeftOut::new("sub-iterations", why));
     }
     left_out
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use protocol::case::{Scheme, Shared};
-use protocol::control::{Account, Start, StepReport};
+use protocol::control::{Account, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::interface::{Contract, Surface};
 use protocol::link::{Link, Transport, agree};
@@ -12,6 +12,7 @@ use protocol::phases::PhaseClock;
 
 use crate::case::{OnGuard, Settings};
 use crate::dummy_mesh::DummyMesh;
+use crate::escalation::Escalation;
 use crate::exchange::{receive_solid, receive_surface, refused, send_body_mesh};
 use crate::guard::{self, LoadJump};
 use crate::ledger::Ledger;
@@ -35,7 +36,11 @@ pub(crate) struct Coupled {
     pub(crate) load: Load,
     /// The load the solid has got last, `[n, D]` N.
     pub(crate) acted: Vec<f64>,
-    /// Of the strong scheme.
+    /// The scheme of the present step.
+    pub(crate) scheme: Scheme,
+    /// Where the guard may choose another scheme.
+    pub(crate) escalation: Option<Escalation>,
+    /// Of the strong scheme and of steps that are escalated.
     pub(crate) passes: Option<Passes>,
     /// The solid's motion over the step, `[n, D]` m, on its own side and carried to the fluid's.
     pub(crate) solid_step: Vec<f64>,
@@ -93,6 +98,9 @@ impl Coupled {
         send_body_mesh(&mut *fluid_link, &mesh).map_err(refused("handshake"))?;
 
         Ok(Self {
+            scheme: settings.scheme,
+            escalation: (settings.on_guard == OnGuard::Escalate && !is_rigid)
+                .then(|| Escalation::new(settings.scheme)),
             passes: settings.passes.clone().filter(|_| !is_rigid),
             settings: settings.clone(),
             load: Load::new(&dummy, &surface),
@@ -122,11 +130,28 @@ impl Coupled {
         result
     }
 
-    /// The answer to an order; carries the verdict when the run must end on it.
-    pub(crate) fn report(&self) -> StepReport {
+    /// The answer to an order to book; carries the scheme of the steps to come when the guard changes it, and the verdict
+    /// when the run must end on it.
+    pub(crate) fn report(&mut self, at: StepTime) -> StepReport {
+        let is_restless = self.jump.is_restless();
+        let next_scheme = self.escalation.as_mut().and_then(|escalation| escalation.book(is_restless));
+        if let Some(next) = next_scheme {
+            let (from, to, load_jump) = (self.scheme.name(), next.name(), self.jump.running());
+            tracing::warn!(
+                step = at.step,
+                time = at.time,
+                from,
+                to,
+                load_jump,
+                "another scheme from here on"
+            );
+            self.scheme = next;
+            self.motion.escalate(next);
+            self.jump.forget();
+        }
         let stop = self.jump.diverges() || self.settings.on_guard == OnGuard::Stop;
         let verdict = if stop { self.verdict() } else { None };
-        StepReport { verdict, ..StepReport::unlimited() }
+        StepReport { next_scheme, verdict, ..StepReport::unlimited() }
     }
 
     /// A one-way scheme cannot become unstable, and its two works have nothing to do with each other.
@@ -143,6 +168,7 @@ impl Coupled {
         let totals = self.ledger.totals();
         let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let passes = self.passes.iter().flat_map(Passes::health);
+        let escalation = self.escalation.iter().flat_map(Escalation::health);
         let health = [
             ("load_jump_mean", self.jump.mean()),
             ("load_jump_greatest", self.jump.greatest()),
@@ -156,8 +182,12 @@ impl Coupled {
             ("mapping_moment_imbalance", totals.moment_imbalance),
             ("mapping_work_imbalance", totals.work_imbalance),
         ];
-        let health: BTreeMap<_, _> =
-            health.into_iter().chain(passes).map(|(name, value)| (name.to_owned(), value)).collect();
+        let health: BTreeMap<_, _> = health
+            .into_iter()
+            .chain(passes)
+            .chain(escalation)
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect();
         Account {
             phases: self.clock.table(),
             health,

@@ -25,11 +25,11 @@ impl Coupled {
     pub(crate) fn predict_motion(&mut self, at: StepTime) {
         self.displacement_before.clone_from(&self.solid.displacement);
         match &mut self.passes {
-            Some(passes) => {
+            Some(passes) if self.scheme == Scheme::Strong => {
                 passes.begin(at.dt, &self.solid);
                 self.motion.follow(at.dt, (&passes.start, &passes.guess), &self.mapping);
             }
-            None => self.motion.predict(at.dt, &self.solid, &self.mapping),
+            _ => self.motion.predict(at.dt, &self.solid, &self.mapping),
         }
     }
 
@@ -41,7 +41,8 @@ impl Coupled {
     }
 
     pub(crate) fn compare_motion(&mut self) -> StepReport {
-        let is_open = self.passes.as_mut().is_some_and(|passes| passes.compare(&self.solid.displacement));
+        let passes = self.passes.as_mut().filter(|_| self.scheme == Scheme::Strong);
+        let is_open = passes.is_some_and(|passes| passes.compare(&self.solid.displacement));
         StepReport { is_open, ..StepReport::unlimited() }
     }
 
@@ -71,7 +72,7 @@ impl Coupled {
 
     pub(crate) fn send_load(&mut self, at: StepTime) -> Result<(), Failure> {
         let header = Header::new(Kind::Load, at.step, at.time, at.dt);
-        let share = if self.settings.scheme == Scheme::ToFluid { 0.0 } else { 1.0 };
+        let share = if self.scheme == Scheme::ToFluid { 0.0 } else { 1.0 };
         self.acted.iter_mut().zip(&self.load.on_solid).for_each(|(acted, load)| *acted = share * load);
         let (forces, traction) = (&self.acted, &self.load.traction_on_solid);
         let count = 1 + forces.len() + traction.len();
@@ -90,7 +91,7 @@ impl Coupled {
     }
 
     pub(crate) fn book_ledger(&mut self, at: StepTime) -> Result<(), Failure> {
-        if let Some(passes) = &mut self.passes {
+        if let Some(passes) = self.passes.as_mut().filter(|_| self.scheme == Scheme::Strong) {
             passes.settle();
         }
         for (node, step) in self.solid_step.iter_mut().enumerate() {

@@ -12,6 +12,11 @@ pub const MISMATCH: f64 = 0.1;
 const GROWTH: f64 = 1.3;
 /// Steps of alternating growth after which the run cannot be saved.
 const GROWING_STEPS: u32 = 3;
+/// Wet steps from which on the running load jump says something.
+const LEAST: usize = 20;
+/// Changes of the load as large as half of it, one against the other, after which another scheme is called for. Water
+/// bears no tension: an unstable load alternates with none at all and need not change its sign.
+const SWINGS: u32 = 4;
 
 /// Load jump J = rms(F_n - F_n-1) / rms(F_n) of the total load, running over the last wet steps and over a window.
 #[derive(Debug, Clone)]
@@ -23,6 +28,8 @@ pub struct LoadJump {
     window: (f64, f64),
     sums: (f64, f64),
     growing: u32,
+    last_jump: [f64; 3],
+    swings: u32,
     greatest: f64,
     restless_steps: u64,
 }
@@ -45,6 +52,8 @@ impl LoadJump {
             window,
             sums: (0.0, 0.0),
             growing: 0,
+            last_jump: [0.0; 3],
+            swings: 0,
             greatest: 0.0,
             restless_steps: 0,
         }
@@ -53,6 +62,7 @@ impl LoadJump {
     /// Takes the total load of one step, N.
     pub fn book(&mut self, time: f64, load: [f64; 3]) {
         let square = dot(load, load);
+        self.count_swings(load);
         if square <= self.floor * self.floor {
             self.last = Some(load);
             return;
@@ -79,6 +89,18 @@ impl LoadJump {
         }
     }
 
+    /// Counts changes of the load against the one before, each as large as half of the greater load.
+    fn count_swings(&mut self, load: [f64; 3]) {
+        let Some(last) = self.last else { return };
+        let jump: [f64; 3] = std::array::from_fn(|axis| load[axis] - last[axis]);
+        let size = dot(load, load).max(dot(last, last));
+        let swings = dot(jump, self.last_jump) < 0.0
+            && dot(jump, jump) > 0.25 * size
+            && size > self.floor * self.floor;
+        self.swings = if swings { self.swings + 1 } else { 0 };
+        self.last_jump = jump;
+    }
+
     /// J over the last wet steps.
     pub fn running(&self) -> f64 {
         let (jump, load) = self.ring.iter().fold((0.0, 0.0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
@@ -98,6 +120,20 @@ impl LoadJump {
     /// Steps with a running J above [`RESTLESS`].
     pub fn restless_steps(&self) -> u64 {
         self.restless_steps
+    }
+
+    /// Whether another scheme is called for: the running load jump is too large, or the load swings to and fro from step
+    /// to step.
+    pub fn is_restless(&self) -> bool {
+        let is_known = self.ring.len() >= LEAST;
+        (is_known && self.running() > RESTLESS) || self.swings >= SWINGS
+    }
+
+    /// Forgets the last steps: those to come are another scheme's.
+    pub fn forget(&mut self) {
+        self.ring.clear();
+        self.next = 0;
+        (self.growing, self.swings) = (0, 0);
     }
 
     /// Whether the load grows with alternating sign and the run cannot be saved.
@@ -124,6 +160,14 @@ mod tests {
         let alternating = jump_of(|step| if step % 2 == 0 { 1.0 } else { -1.0 });
         assert!((alternating.mean() - 2.0).abs() < 1e-12 && alternating.greatest() > UNSTABLE);
         assert!(!alternating.diverges());
+        assert!(alternating.is_restless() && !smooth.is_restless());
+        let mut forgetful = alternating;
+        forgetful.forget();
+        assert!(!forgetful.is_restless() && forgetful.greatest() > UNSTABLE);
+        // Water that bears no tension pushes at every other step: seen after a few.
+        let mut slapping = LoadJump::new(1.0, (0.0, 1e9));
+        (0..6).for_each(|step| slapping.book(f64::from(step), [f64::from(step % 2), 0.0, 0.0]));
+        assert!(slapping.is_restless());
     }
 
     #[test]

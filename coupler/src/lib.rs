@@ -13,6 +13,7 @@ pub mod added_mass;
 pub mod case;
 mod coupled;
 pub mod dummy_mesh;
+pub mod escalation;
 mod exchange;
 pub mod guard;
 pub mod ledger;

@@ -3,7 +3,7 @@
 use protocol::case::Scheme;
 use protocol::interface::Response;
 
-use crate::case::Settings;
+use crate::case::{OnGuard, Settings};
 use crate::mapping::Mapping;
 
 /// Displacement, velocity and acceleration of the solid's interface nodes, each `[n, D]`.
@@ -89,6 +89,7 @@ enum Rule {
 #[derive(Debug, Clone)]
 pub struct FluidMotion {
     rule: Rule,
+    response: Response,
     reference: Vec<f64>,
     /// Position at the start of the step, m.
     pub position: Vec<f64>,
@@ -119,17 +120,25 @@ impl FluidMotion {
             Scheme::ToSolid => Rule::Fixed,
             Scheme::ToFluid => Rule::Prescribed,
         };
-        let zero = vec![0.0; position.len()];
-        Self { rule, reference: reference.to_vec(), position, velocity: zero.clone(), acceleration: zero }
-    }
-
-    /// How the fluid must treat the motion.
-    pub fn response(&self) -> Response {
-        match self.rule {
+        let may_escalate = settings.on_guard == OnGuard::Escalate;
+        let response = match rule {
             Rule::Robin => Response::Robin,
+            Rule::Predicted(_) if may_escalate => Response::Robin,
             Rule::Predicted(_) | Rule::Fixed | Rule::Guessed => Response::Given,
             Rule::Prescribed => Response::Prescribed,
-        }
+        };
+        let (velocity, acceleration) = (vec![0.0; position.len()], vec![0.0; position.len()]);
+        Self { rule, response, reference: reference.to_vec(), position, velocity, acceleration }
+    }
+
+    /// How the fluid must be ready to treat the motion.
+    pub fn response(&self) -> Response {
+        self.response
+    }
+
+    /// Goes over to the Robin wall, or to a motion that is given.
+    pub fn escalate(&mut self, scheme: Scheme) {
+        self.rule = if scheme == Scheme::Robin { Rule::Robin } else { Rule::Guessed };
     }
 
     /// Fills in the motion over the coming step from the solid's state at its start.
@@ -166,8 +175,13 @@ impl FluidMotion {
         }
     }
 
-    /// The blocks of a motion message to the fluid.
-    pub fn write(&self, out: &mut [f64]) {
+    /// A motion message to the fluid.
+    pub fn write(&self, mut out: &mut [f64]) {
+        if self.response == Response::Robin {
+            let gives_way = matches!(self.rule, Rule::Robin);
+            out[0] = f64::from(u8::from(gives_way));
+            out = &mut out[1..];
+        }
         let block = self.position.len();
         out[..block].copy_from_slice(&self.position);
         out[block..2 * block].copy_from_slice(&self.velocity);

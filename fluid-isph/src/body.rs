@@ -26,6 +26,8 @@ pub struct Motion<'a> {
 pub struct Body<const D: usize> {
     /// How the motion given is meant.
     pub response: Response,
+    /// Robin only: whether the wall gives way in this coupling step, or moves as given.
+    pub gives_way: bool,
     /// Volume of each particle over the lattice's, -.
     pub weight: Vec<f32>,
     /// 2 rho0 / m_r of each particle, 1/m; Robin only.
@@ -70,6 +72,7 @@ impl<const D: usize> Body<D> {
         let count = particles.len();
         let mut body = Self {
             response: mesh.response,
+            gives_way: robin,
             weight: Vec::with_capacity(count),
             robin_coefficient: Vec::new(),
             old_pressure: vec![[0.0; 2]; if robin { count } else { 0 }],
@@ -166,6 +169,9 @@ impl<const D: usize> Body<D> {
 
     /// After a sub-step of a Robin wall: velocity the wall has given way by, (dt/m_r)(p - p0) on each side.
     pub fn give_way(&mut self, walls: &Walls<D>, dt: f64, reference_density: f64) {
+        if !self.gives_way {
+            return;
+        }
         let first = walls.body().start;
         for particle in 0..self.give_way.len() {
             let (new, old) = (walls.pressure[first + particle], self.old_pressure[particle]);

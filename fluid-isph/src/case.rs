@@ -19,6 +19,10 @@ const RIGID_RELAXATION: f64 = 0.005;
 /// Relaxation time beside an elastic wall, s: a stronger density source feeds its oscillation.
 const ELASTIC_RELAXATION: f64 = 0.02;
 
+/// Largest pressure tolerance in steps that the coupler passes over: a tenth of its own default tolerance. Added mass
+/// multiplies what is left of the residual in the answers that are compared.
+const PASS_TOLERANCE: f64 = 1e-4;
+
 /// Checks the water's part of a case and plans it.
 pub fn check(case: &CaseFile) -> CheckReport {
     let shared = Shared::read(case);
@@ -80,7 +84,8 @@ pub fn resolve<const D: usize>(case: &CaseFile, shared: &Shared) -> Option<Scene
         );
     }
     scene.source = read_source(&section, shared.solid.as_ref());
-    read_numerics(&section, &mut scene);
+    let is_elastic = shared.solid.as_ref().is_some_and(|solid| solid.model == "fem");
+    read_numerics(&section, &mut scene, is_elastic);
     scene.body_wet = shared.solid.as_ref().map(wet_sides);
     // Read with the shared sections: known keys of this section too.
     let _ = section
@@ -240,7 +245,7 @@ fn read_source(section: &Section<'_>, solid: Option<&SolidOutline>) -> Source {
     }
 }
 
-fn read_numerics<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
+fn read_numerics<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>, is_elastic: bool) {
     let pressure = section
         .choice("wall_pressure", &["shepard", "per_pair"])
         .about(
@@ -266,6 +271,14 @@ fn read_numerics<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>) {
         .at_most(0.1)
         .about("Relative residual of the pressure solve; single precision floors at 1e-5.")
         .default(1e-3);
+    // Only an elastic wall is passed over again.
+    if is_elastic {
+        let number = section.number("pass_tolerance").at_least(2e-5).at_most(0.1).about(
+            "The same in coupling steps with several passes (scheme \"strong\", or escalated), whose answers are compared. \
+             Default 1e-4, or pressure_tolerance if that is smaller.",
+        );
+        scene.pass_tolerance = number.default(scene.pressure_tolerance.min(PASS_TOLERANCE));
+    }
     scene.max_substeps = section
         .integer("max_substeps")
         .at_least(1.0)

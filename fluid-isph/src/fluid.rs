@@ -71,6 +71,8 @@ pub struct Fluid<const D: usize> {
     /// Velocity at the start of the sub-step, for a repeat with a shorter one.
     pub(crate) start_velocity: Vec<Vector<D>>,
     pub(crate) partial: Vec<[f64; 3]>,
+    /// Whether the coupler passes over the present coupling step more than once.
+    pub(crate) has_passes: bool,
     pub(crate) step_number: u64,
     pub(crate) time: f64,
     /// Length of the sub-step solved last, s.
@@ -197,6 +199,7 @@ impl<const D: usize> Fluid<D> {
             clock: PhaseClock::default(),
             start_velocity: Vec::new(),
             partial: Vec::new(),
+            has_passes: false,
             step_number: 0,
             time: 0.0,
             last_substep: 0.0,
@@ -327,6 +330,18 @@ impl<const D: usize> Fluid<D> {
             body.remember_pressure(&self.walls);
         }
         Ok(())
+    }
+
+    /// Whether the coupling steps to come may be passed over again, so that their answers are compared.
+    pub fn expect_passes(&mut self, has_passes: bool) {
+        self.has_passes = has_passes;
+    }
+
+    /// Whether a Robin wall gives way in the coupling steps to come, or moves as given, as any other wall does.
+    pub fn let_wall_give_way(&mut self, gives_way: bool) {
+        if let Some(body) = &mut self.body {
+            body.gives_way = gives_way && body.response == Response::Robin;
+        }
     }
 
     fn take_motion(&mut self, motion: Option<Motion<'_>>) -> Result<(), StepFault> {

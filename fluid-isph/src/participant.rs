@@ -48,6 +48,8 @@ pub struct FluidParticipant<const D: usize> {
 struct Running<const D: usize> {
     fluid: Fluid<D>,
     snapshot: Snapshot<D>,
+    /// The step the snapshot belongs to.
+    saved_step: u64,
     interface: Option<Interface>,
     gauges: GaugeSeries<D>,
     frames: Option<Frames>,
@@ -132,8 +134,8 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         let gauges = GaugeSeries::create(&self.context.folder, &self.shared.gauges, output.series_every)?;
         let frames = output.fields_every.map(|_| Frames::new(PathBuf::from(&self.context.folder)));
         let clock = PhaseClock::default();
-        self.running =
-            Some(Running { fluid, snapshot: Snapshot::default(), interface, gauges, frames, pool, clock });
+        let (snapshot, saved_step) = (Snapshot::default(), 0);
+        self.running = Some(Running { fluid, snapshot, saved_step, interface, gauges, frames, pool, clock });
         Ok(Ready { counts, admitted_dt })
     }
 
@@ -141,7 +143,10 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         let running = self.running()?;
         match part {
             Part::Advance => return running.advance(at),
-            Part::Save => running.clock.run("save", || running.fluid.save(&mut running.snapshot)),
+            Part::Save => {
+                running.saved_step = at.step;
+                running.clock.run("save", || running.fluid.save(&mut running.snapshot));
+            }
             Part::Restore => running.clock.run("restore", || running.fluid.restore(&running.snapshot)),
             Part::Record if running.gauges.is_empty() => (),
             Part::Record => {
@@ -182,11 +187,15 @@ impl<const D: usize> Participant for FluidParticipant<D> {
 impl<const D: usize> Running<D> {
     /// Takes the motion, advances, gives the load back.
     fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
-        let Self { fluid, interface, pool, clock, .. } = self;
+        let Self { fluid, interface, pool, clock, saved_step, .. } = self;
         let lost = |phase| move |error: LinkError| error.into_failure(NAME, at.step, at.time, phase);
         if let Some(interface) = interface {
             clock.run("receive motion", || interface.receive(at)).map_err(lost("receive motion"))?;
         }
+        if let Some(interface) = interface {
+            fluid.let_wall_give_way(interface.gives_way());
+        }
+        fluid.expect_passes(*saved_step == at.step);
         let motion = interface.as_ref().map(Interface::motion);
         pool.install(|| fluid.advance(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
         if let Some(interface) = interface {
@@ -213,8 +222,14 @@ impl Interface {
         self.link.receive(expect, &mut |_, values| motion.copy_from_slice(values))
     }
 
+    /// The first value of the message to a Robin wall.
+    fn gives_way(&self) -> bool {
+        self.response == Response::Robin && self.motion[0] != 0.0
+    }
+
     fn motion(&self) -> Motion<'_> {
-        let (position, rest) = self.motion.split_at(self.nodal_len);
+        let columns = &self.motion[usize::from(self.response == Response::Robin)..];
+        let (position, rest) = columns.split_at(self.nodal_len);
         let (velocity, acceleration) = rest.split_at(self.nodal_len);
         let prescribed = self.response == Response::Prescribed;
         Motion { position, velocity, acceleration: prescribed.then_some(acceleration) }

@@ -1,6 +1,5 @@
 //! The phases `step.rs` lists, each on the state of [`Fluid`].
 
-use protocol::interface::Response;
 use rayon::prelude::*;
 
 use crate::assembly::{RobinTerms, Surroundings, assemble_pressure_matrix};
@@ -32,7 +31,7 @@ impl<const D: usize> Fluid<D> {
     pub(crate) fn assemble_matrix(&mut self) {
         let g = self.scene.gravity.at(self.time);
         let rho = self.scene.reference_density;
-        let robin = self.body.as_ref().filter(|body| body.response == Response::Robin);
+        let robin = self.body.as_ref().filter(|body| body.gives_way);
         let around = Surroundings {
             grid: &self.grid,
             kernel: &self.kernel,
@@ -159,7 +158,9 @@ impl<const D: usize> Fluid<D> {
         self.guess_pressure(dt);
         let mut pressure = std::mem::take(&mut self.water.pressure);
         let system = (&self.water, &self.matrix, &mut self.preconditioner);
-        let solved = self.solver.solve(system, &self.source, &mut pressure, self.scene.pressure_tolerance);
+        let tolerance =
+            if self.has_passes { self.scene.pass_tolerance } else { self.scene.pressure_tolerance };
+        let solved = self.solver.solve(system, &self.source, &mut pressure, tolerance);
         match self.pressure_level {
             PressureLevel::Clamped => {
                 let clamp = |pressure: &mut [f32]| {

@@ -160,6 +160,8 @@ pub struct Scene<const D: usize> {
     pub courant: f64,
     /// Relative residual at which the pressure solve ends.
     pub pressure_tolerance: f64,
+    /// The same in coupling steps with several passes.
+    pub pass_tolerance: f64,
     /// Preconditioner of the pressure solve.
     pub solver: PressureSolver,
     /// The weakly compressible scheme in place of the projection; `None`: projection.
@@ -209,6 +211,7 @@ impl<const D: usize> Scene<D> {
             water,
             courant: 0.3,
             pressure_tolerance: 1e-3,
+            pass_tolerance: 1e-4,
             solver: PressureSolver::Multigrid,
             explicit: None,
             wall_pressure: WallPressure::Shepard,

@@ -77,7 +77,7 @@ pub fn conduct(
     start: Start,
     observer: &mut dyn Observer,
 ) -> Result<Ending, Failure> {
-    let cast = cast(shared);
+    let mut cast = cast(shared);
     let mut phases = PhaseClock::default();
     let ready = phases.run("start", || start_all(crew, cast, start))?;
     observer.ready(&ready.counts);
@@ -92,6 +92,9 @@ pub fn conduct(
         at = next;
         let done = phases.run("step", || step(crew, cast, at))?;
         clock.admit(done.admitted_dt);
+        if let Some(scheme) = done.next_scheme {
+            cast = Cast::Coupled(scheme);
+        }
         observer.stepped(at, &done);
         if let Some(verdict) = done.verdict {
             let what = format!("the run was stopped by the guard: {verdict}");

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+use crate::case::Scheme;
 use crate::failure::Failure;
 use crate::link::LinkError;
 use crate::phases::PhaseTime;
@@ -119,6 +120,8 @@ pub struct StepReport {
     pub shown: Option<(String, f64)>,
     /// Whether the two sides do not agree yet, so that the step needs another pass.
     pub is_open: bool,
+    /// Coupler: the scheme of the steps to come, where the guard changes it.
+    pub next_scheme: Option<Scheme>,
     /// Verdict that ends the run now, although the numbers are finite (a guard set to stop).
     pub verdict: Option<String>,
 }
@@ -129,13 +132,14 @@ impl StepReport {
         Self { admitted_dt: f64::INFINITY, ..Self::default() }
     }
 
-    /// Takes in another report of the same step: the smallest time step, the most sub-steps, the first value and
-    /// verdict.
+    /// Takes in another report of the same step: the smallest time step, the most sub-steps, the first value, scheme
+    /// and verdict.
     pub fn merge(&mut self, other: Self) {
         self.admitted_dt = self.admitted_dt.min(other.admitted_dt);
         self.substeps = self.substeps.max(other.substeps);
         self.is_open |= other.is_open;
         self.shown = self.shown.take().or(other.shown);
+        self.next_scheme = self.next_scheme.or(other.next_scheme);
         self.verdict = self.verdict.take().or(other.verdict);
     }
 }

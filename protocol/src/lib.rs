@@ -31,4 +31,4 @@ pub mod usage;
 pub mod vtk;
 
 /// Version of everything that crosses a process border. Unequal versions refuse each other in the handshake.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;

@@ -68,6 +68,7 @@ pressure = 1.0
 face = "top"
 [coupling]
 scheme = "css"
+on_guard = "escalate"
 [time]
 end = 1.0
 max_dt = 1.0

@@ -99,3 +99,49 @@ pub fn solid_only() -> String {
     let weight = HEAD.replace("[0.0, -9.81]", "[9.81, 0.0]");
     [&weight, BODY, ELASTIC, SOLID_GAUGES].concat()
 }
+
+const PLATE: &str = r#"
+[case]
+name = "plate"
+dimension = 2
+
+[domain]
+min = [0.0, -0.25]
+max = [1.0, 2.5]
+open = ["top", "bottom"]
+
+[gravity]
+acceleration = [0.0, -9.81]
+table = [[0.0, 0.0], [0.1, 1.0]]
+
+[fluid]
+spacing = 0.05
+
+[[fluid.region]]
+min = [0.0, 0.0]
+max = [1.0, 2.0]
+
+[solid]
+min = [0.0, -0.05]
+max = [1.0, 0.0]
+clamped = ["left", "right"]
+wet = ["top"]
+elements = [20, 2]
+young_modulus = 67.5e9
+poisson_ratio = 0.34
+
+[time]
+end = 0.06
+max_dt = 2e-4
+
+[[gauge]]
+name = "middle"
+kind = "displacement"
+point = [0.5, 0.0]
+"#;
+
+/// Two metres of water, whose weight grows from nothing, on a plate of 0.05 m; with a density of 28,000 kg/m3 / r the plate
+/// carries r times its own mass in water.
+pub fn plate(ratio: f64) -> String {
+    PLATE.replace("young_modulus", &format!("density = {:?}\nyoung_modulus", 28_000.0 / ratio))
+}

@@ -190,14 +190,14 @@ fn assert_both_views(run: &Finished, solid: &str, coupler: &str) {
 fn another_protocol_version_is_refused_by_both_sides() {
     let (_stage, run) = refused("version");
     let run = run.expect_no_trace();
-    let solid = "protocol version of coupler: expected 2, found 1";
-    assert_both_views(&run, solid, "protocol version of solid: expected 1, found 2");
+    let solid = "protocol version of coupler: expected 3, found 2";
+    assert_both_views(&run, solid, "protocol version of solid: expected 2, found 3");
 }
 
 #[test]
 fn another_protocol_version_is_found_before_anything_starts() {
     let (_stage, run) = refused("check-version");
-    assert!(run.stderr.contains("protocol version: expected 1, found 2 in "), "{}", run.stderr);
+    assert!(run.stderr.contains("protocol version: expected 2, found 3 in "), "{}", run.stderr);
     assert_eq!(run.programs(), Vec::<&str>::new());
     assert!(!run.out.exists(), "no run folder is made");
 }

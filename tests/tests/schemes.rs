@@ -84,6 +84,45 @@ fn parallel_and_predicted_steps_run_and_count_one_pass() {
 #[test]
 fn a_key_of_another_scheme_is_refused_with_the_reason() {
     let stage = Stage::new(&scene::coupled());
-    let refused = stage.run("refused", &["--set", "coupling.tolerance=1e-3"]).expect_code(2);
+    let options = ["--set", "coupling.scheme=robin", "--set", "coupling.tolerance=1e-3"];
+    let refused = stage.run("refused", &options).expect_code(2);
     assert!(refused.stderr.contains("has no use with this scheme"), "{}", refused.stderr);
+}
+
+#[test]
+fn a_restless_staggered_scheme_gives_way_to_the_robin_wall_where_the_case_allows_it() {
+    let stage = Stage::new(&scene::plate(1.4));
+    let pinned = run(&stage, "css", &[]).expect_code(0);
+    assert_eq!(pinned.json().verdicts, ["unstable_coupling"]);
+    assert!(
+        !pinned.json().health.contains_key("escalations_to_robin"),
+        "a scheme that is asked for is obeyed"
+    );
+    let free = run(&stage, "css", &["--set", "coupling.on_guard=escalate"]).expect_code(0);
+    let health = &free.json().health;
+    assert_eq!(health["escalations_to_robin"], 1.0);
+    assert!(health["load_jump_greatest"] < 0.5 && free.json().verdicts.is_empty(), "{health:?}");
+    let log = std::fs::read_to_string(free.out.join("log/coupler.jsonl")).expect("the coupler keeps a log");
+    assert!(log.contains("another scheme from here on"), "{log}");
+    let report = std::fs::read_to_string(free.out.join("report.html")).expect("there is a report");
+    assert!(report.contains("the Robin wall took over 1 times"));
+}
+
+#[test]
+fn a_robin_wall_that_gives_way_too_little_is_passed_over() {
+    let stage = Stage::new(&scene::plate(20.0));
+    let run = stage.run("robin", &["--set", "coupling.robin_factor=2.0"]).expect_no_trace().expect_code(0);
+    let health = &run.json().health;
+    assert!(health["escalations_to_passes"] >= 1.0 && health["escalated_steps"] >= 50.0, "{health:?}");
+    assert!(health["coupling_passes"] > 1.0, "{health:?}");
+    assert!(health["unsettled_steps"] < 0.2 * health["escalated_steps"], "{health:?}");
+}
+
+#[test]
+fn a_wall_too_light_for_staggering_begins_with_the_robin_wall_and_stays_calm() {
+    let stage = Stage::new(&scene::plate(50.0));
+    let run = run(&stage, "css", &["--set", "coupling.on_guard=escalate"]).expect_code(0);
+    let health = &run.json().health;
+    assert_eq!((health["escalations_to_robin"], health["escalations_to_passes"]), (0.0, 0.0), "{health:?}");
+    assert!(health["load_jump_greatest"] < 0.2 && run.json().verdicts.is_empty(), "{health:?}");
 }

@@ -2,13 +2,14 @@
 //!
 //! Source: Irons & Tuck, Int. J. Numer. Meth. Eng. 1, 1969; Kuettler & Wall, Comput. Mech. 43, 2008.
 
-use super::{dot, relax};
+use super::relax;
 
 /// Its memory within a step.
 #[derive(Debug, Clone)]
 pub struct Aitken {
     first: f64,
     relaxation: f64,
+    /// Of the last pass; empty before the second one.
     residual: Vec<f64>,
 }
 
@@ -19,17 +20,21 @@ impl Aitken {
     }
 
     pub(super) fn improve(&mut self, guess: &mut [f64], found: &[f64]) {
-        let residual: Vec<f64> = found.iter().zip(guess.iter()).map(|(found, x)| found - x).collect();
+        let residuals = || found.iter().zip(guess.iter()).map(|(found, x)| found - x);
         if self.residual.is_empty() {
             self.relaxation = self.relaxation.clamp(-self.first, self.first);
+            self.residual.extend(residuals());
         } else {
-            let change: Vec<f64> = residual.iter().zip(&self.residual).map(|(new, old)| new - old).collect();
-            let square = dot(&change, &change);
+            let (mut product, mut square) = (0.0, 0.0);
+            for (old, new) in self.residual.iter_mut().zip(residuals()) {
+                product += *old * (new - *old);
+                square += (new - *old) * (new - *old);
+                *old = new;
+            }
             if square > 0.0 {
-                self.relaxation *= -dot(&self.residual, &change) / square;
+                self.relaxation *= -product / square;
             }
         }
-        self.residual = residual;
         relax(guess, found, self.relaxation);
     }
 

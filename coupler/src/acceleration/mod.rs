@@ -2,9 +2,12 @@
 //! x~ = S(F(x)), and the residual r = x~ - x is driven to zero.
 
 mod aitken;
+mod change;
+mod imvj;
 mod iqn_ils;
 
 pub use aitken::Aitken;
+pub use imvj::Imvj;
 pub use iqn_ils::{IqnIls, Reuse};
 
 /// How the next guess follows from the passes so far.
@@ -17,8 +20,10 @@ pub enum Acceleration {
     },
     /// x + omega r with a changing omega.
     Aitken(Aitken),
-    /// Interface quasi-Newton.
+    /// Interface quasi-Newton, least squares over the last steps.
     IqnIls(IqnIls),
+    /// Interface quasi-Newton, a Jacobian that grows from step to step.
+    Imvj(Imvj),
 }
 
 impl Acceleration {
@@ -28,6 +33,7 @@ impl Acceleration {
             Self::Fixed { relaxation } => relax(guess, found, *relaxation),
             Self::Aitken(aitken) => aitken.improve(guess, found),
             Self::IqnIls(newton) => newton.improve(guess, found),
+            Self::Imvj(newton) => newton.improve(guess, found),
         }
     }
 
@@ -37,6 +43,7 @@ impl Acceleration {
             Self::Fixed { .. } => (),
             Self::Aitken(aitken) => aitken.end_step(),
             Self::IqnIls(newton) => newton.end_step(),
+            Self::Imvj(newton) => newton.end_step(),
         }
     }
 }
@@ -46,6 +53,12 @@ fn relax(guess: &mut [f64], found: &[f64], relaxation: f64) {
     for (x, found) in guess.iter_mut().zip(found) {
         *x += relaxation * (found - *x);
     }
+}
+
+/// r = x~ - x into `residual`.
+fn residual_of(guess: &[f64], found: &[f64], residual: &mut Vec<f64>) {
+    residual.clear();
+    residual.extend(found.iter().zip(guess).map(|(found, x)| found - x));
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -80,12 +93,19 @@ mod tests {
         usize::MAX
     }
 
+    const REUSE: Reuse = Reuse { steps: 10, first_relaxation: 0.1 };
+
+    fn quasi_newton() -> [Acceleration; 2] {
+        [Acceleration::IqnIls(IqnIls::new(REUSE)), Acceleration::Imvj(Imvj::new(REUSE))]
+    }
+
     #[test]
     fn quasi_newton_solves_what_relaxation_cannot_in_about_as_many_passes_as_there_are_modes() {
         // Added mass: eigenvalues -r of the fixed-point map; beyond -1 plain passes diverge.
         let modes = [-50.0, -5.0, -1.4, -0.5, -0.1, 0.0, 0.0, 0.0];
-        let newton = IqnIls::new(Reuse { steps: 10, first_relaxation: 0.1 });
-        assert!(passes(&mut Acceleration::IqnIls(newton), &modes, 1.0) <= modes.len() + 2);
+        for mut newton in quasi_newton() {
+            assert!(passes(&mut newton, &modes, 1.0) <= modes.len() + 2);
+        }
         assert_eq!(passes(&mut Acceleration::Fixed { relaxation: 1.0 }, &modes, 1.0), usize::MAX);
         assert!(passes(&mut Acceleration::Fixed { relaxation: 0.03 }, &modes, 1.0) > 100);
     }
@@ -102,19 +122,29 @@ mod tests {
     #[test]
     fn what_was_learnt_in_one_step_serves_the_next() {
         let modes = [-20.0, -5.0, -2.0, -1.0, -0.5];
-        let mut newton = Acceleration::IqnIls(IqnIls::new(Reuse { steps: 10, first_relaxation: 0.1 }));
-        let first = passes(&mut newton, &modes, 1.0);
-        let second = passes(&mut newton, &modes, 2.0);
-        // A linear problem is solved by the first correction then.
-        assert!(first > 4 && second <= 3, "{first} {second}");
+        for mut newton in quasi_newton() {
+            let first = passes(&mut newton, &modes, 1.0);
+            let second = passes(&mut newton, &modes, 2.0);
+            // A linear problem is solved by the first correction then.
+            assert!(first > 4 && second <= 3, "{first} {second}");
+        }
     }
 
     #[test]
     fn directions_that_say_nothing_new_do_no_harm() {
-        let mut newton = Acceleration::IqnIls(IqnIls::new(Reuse { steps: 10, first_relaxation: 0.1 }));
-        for shift in 0..30 {
-            let passes = passes(&mut newton, &[-3.0, -3.0, -3.0], f64::from(shift));
-            assert!(passes <= 5, "{passes}");
+        for mut newton in quasi_newton() {
+            for shift in 0..30 {
+                let passes = passes(&mut newton, &[-3.0, -3.0, -3.0], f64::from(shift));
+                assert!(passes <= 5, "{passes}");
+            }
         }
+    }
+
+    #[test]
+    fn a_jacobian_forgets_the_oldest_steps() {
+        let mut newton = Acceleration::Imvj(Imvj::new(Reuse { steps: 0, ..REUSE }));
+        let modes = [-20.0, -5.0, -2.0];
+        let counts = [1.0, 2.0, 3.0].map(|shift| passes(&mut newton, &modes, shift));
+        assert!(counts.iter().all(|&count| count > 4), "each step learns anew: {counts:?}");
     }
 }

@@ -36,6 +36,7 @@ pub(super) fn of_run(scene: &Scene) -> String {
     let json = &scene.json;
     let mut body = format!("<h1>{}</h1>", escape(&json.case));
     body += &head(json);
+    body += &escalations(json);
     body += &errors(json);
     for (name, table) in scene.series.iter().filter(|series| series.0 != "interface") {
         body += &gauge_plots(scene, name, table);
@@ -122,6 +123,20 @@ fn head(json: &RunJson) -> String {
         );
     }
     text
+}
+
+/// What the guard of the coupling has changed; empty if nothing.
+fn escalations(json: &RunJson) -> String {
+    let count = |name: &str| json.health.get(name).copied().unwrap_or_default();
+    let (robin, passes, steps) =
+        (count("escalations_to_robin"), count("escalations_to_passes"), count("escalated_steps"));
+    if robin + passes == 0.0 {
+        return String::new();
+    }
+    format!(
+        "<p class=\"bad\">The load became restless: the Robin wall took over {robin} times, passes over the step {passes} \
+         times, for {steps} steps in all. When and why stands in log/coupler.jsonl.</p>"
+    )
 }
 
 fn error_words(error: &crate::compare::ErrorEntry) -> String {

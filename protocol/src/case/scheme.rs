@@ -1,9 +1,11 @@
 //! `[coupling] scheme`: the part of it the launcher must know, as it gives the turns of a step.
 
+use serde::{Deserialize, Serialize};
+
 use super::CaseFile;
 
 /// How the coupler ties the two solvers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Scheme {
     /// One pass, the wall gives way to the pressure it has not yet felt.
     #[default]

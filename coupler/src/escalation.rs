@@ -1,0 +1,94 @@
+//! From a scheme whose loads have become restless to one that bears the mass of the water: from a staggered scheme to
+//! the Robin wall, and from there to passes over the steps that need them.
+
+use protocol::case::Scheme;
+
+/// Steps that are passed over at first before the single pass is tried again; every return to the passes doubles them.
+const FIRST_STRETCH: u64 = 50;
+
+/// The scheme of the steps to come, and what it took.
+#[derive(Debug, Clone)]
+pub struct Escalation {
+    scheme: Scheme,
+    /// Steps of the present stretch of passes, done and wanted.
+    stretch: (u64, u64),
+    to_robin: u64,
+    to_passes: u64,
+    passed_steps: u64,
+}
+
+impl Escalation {
+    /// Starts with the scheme of the case.
+    pub fn new(scheme: Scheme) -> Self {
+        Self { scheme, stretch: (0, FIRST_STRETCH), to_robin: 0, to_passes: 0, passed_steps: 0 }
+    }
+
+    /// Takes a step that stands and whether the load is restless now; gives the scheme of the steps to come if that
+    /// changes.
+    pub fn book(&mut self, is_restless: bool) -> Option<Scheme> {
+        let next = match self.scheme {
+            Scheme::Css | Scheme::Parallel if is_restless => {
+                self.to_robin += 1;
+                Scheme::Robin
+            }
+            Scheme::Robin if is_restless => {
+                self.to_passes += 1;
+                Scheme::Strong
+            }
+            Scheme::Strong if self.to_passes > 0 => {
+                self.passed_steps += 1;
+                self.stretch.0 += 1;
+                if self.stretch.0 < self.stretch.1 || is_restless {
+                    return None;
+                }
+                self.stretch = (0, 2 * self.stretch.1);
+                Scheme::Robin
+            }
+            _ => return None,
+        };
+        self.scheme = next;
+        Some(next)
+    }
+
+    /// For the health table: changes to the Robin wall, changes to passes, steps passed over because of them.
+    pub fn health(&self) -> [(&'static str, f64); 3] {
+        [
+            ("escalations_to_robin", self.to_robin as f64),
+            ("escalations_to_passes", self.to_passes as f64),
+            ("escalated_steps", self.passed_steps as f64),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_staggered_scheme_gives_way_to_the_robin_wall_for_good() {
+        for scheme in [Scheme::Css, Scheme::Parallel] {
+            let mut escalation = Escalation::new(scheme);
+            assert_eq!(escalation.book(false), None);
+            assert_eq!(escalation.book(true), Some(Scheme::Robin));
+            assert!((0..1000).all(|_| escalation.book(false).is_none()));
+            assert_eq!(escalation.health().map(|entry| entry.1), [1.0, 0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn passes_last_for_a_stretch_that_doubles_with_every_return() {
+        let mut escalation = Escalation::new(Scheme::Robin);
+        for stretch in [50, 100] {
+            assert_eq!(escalation.book(true), Some(Scheme::Strong));
+            assert!((1..stretch).all(|_| escalation.book(false).is_none()));
+            assert_eq!(escalation.book(false), Some(Scheme::Robin));
+        }
+        assert_eq!(escalation.health().map(|entry| entry.1), [0.0, 2.0, 150.0]);
+    }
+
+    #[test]
+    fn the_strong_scheme_of_the_case_has_nothing_above_it() {
+        let mut escalation = Escalation::new(Scheme::Strong);
+        assert!((0..1000).all(|step| escalation.book(step % 2 == 0).is_none()));
+    }
+}

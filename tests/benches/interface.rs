@@ -1,0 +1,186 @@
+//! What the coupler and its channels cost a step: the coupler's program between a fluid and a solid that answer at once.
+//!
+//!     cargo bench -p tidewall-tests --bench interface
+//!
+//! Wall time of a whole step (orders, four data messages, the coupler's phases) and the coupler's own CPU time, for a
+//! plate in space with matching meshes of 4,500 and 100,000 interface nodes.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use coupler::dummy_mesh::DummyMesh;
+use launcher::processes::{Call, Crew, Launch, ProcessSpec, Processes};
+use launcher::step::{Cast, step};
+use protocol::case::{CaseFile, Scheme, Shared};
+use protocol::control::{Order, Reply, Start, StepTime};
+use protocol::failure::Failure;
+use protocol::header::{Header, Kind};
+use protocol::interface::{Contract, Surface};
+use protocol::ipc::IpcTransport;
+use protocol::link::{Expect, Item, LinkError, Transport, agree};
+use protocol::names::{RunId, RunNames};
+use tidewall_tests::programs;
+
+const TIMEOUT: Duration = Duration::from_secs(60);
+const STEPS: u64 = 300;
+const DT: f64 = 1e-4;
+
+fn main() {
+    println!("nodes, wall ms a step: median (least), coupler's CPU ms a step");
+    for cells in [[1, 44, 49], [1, 199, 249]] {
+        let folder = tempfile::tempdir().expect("there is room for a case");
+        let bench = Bench::new(cells, folder.path());
+        let (mut walls, cpu) = bench.run().expect("the run goes through");
+        walls.sort_by(f64::total_cmp);
+        let (median, least) = (1e3 * walls[walls.len() / 2], 1e3 * walls[0]);
+        println!("{}, {median:.3} ({least:.3}), {:.3}", bench.contract.node_count, 1e3 * cpu);
+    }
+}
+
+struct Bench<'f> {
+    folder: &'f Path,
+    names: RunNames,
+    surface: Surface,
+    contract: Contract,
+}
+
+impl<'f> Bench<'f> {
+    fn new(cells: [usize; 3], folder: &'f Path) -> Self {
+        let text = format!(
+            "[case]\nname = \"interface\"\ndimension = 3\n[domain]\nmin = [0, 0, 0]\nmax = [2, 1, 1]\n\
+             [gravity]\nacceleration = [0, -9.81, 0]\n[fluid]\nspacing = 0.05\n[[fluid.region]]\nmin = [0, 0, 0]\n\
+             max = [0.5, 1, 1]\n[solid]\nmin = [1, 0, 0]\nmax = [1.1, 1, 1]\nelements = {cells:?}\n\
+             wet = [\"left\", \"right\"]\ndensity = 2500\n[time]\nend = 1\nmax_dt = {DT}\n"
+        );
+        let lock = folder.join("case.lock.toml");
+        std::fs::write(&lock, &text).expect("the folder can be written");
+        let shared = Shared::read(&CaseFile::parse(&lock, &text, &[]));
+        let mesh = DummyMesh::span(shared.solid.as_ref().expect("the case has one"), &cells);
+        let surface = Surface {
+            dimension: 3,
+            reference_position: mesh.reference_position().to_vec(),
+            facets: mesh.facets().clone(),
+            areal_mass: vec![125.0; mesh.node_count()],
+        };
+        let contract = Contract {
+            dimension: 3,
+            node_count: mesh.node_count(),
+            end_time: shared.time.end,
+            scene: u8::checksum(text.as_bytes()),
+        };
+        let names = RunNames::of(RunId::random().expect("the system has random numbers"));
+        Self { folder, names, surface, contract }
+    }
+
+    /// Wall time of each step and the coupler's CPU time a step, s.
+    fn run(&self) -> Result<(Vec<f64>, f64), Failure> {
+        let argument = |path: &Path| path.as_os_str().to_owned();
+        let spec = ProcessSpec {
+            name: "coupler".to_owned(),
+            program: programs::program("coupler"),
+            arguments: vec![
+                "--run".into(),
+                argument(&self.folder.join("case.lock.toml")),
+                "--folder".into(),
+                argument(self.folder),
+            ],
+            environment: Vec::new(),
+        };
+        let log = self.folder.join("log");
+        std::fs::create_dir_all(&log).expect("the folder can be written");
+        let processes =
+            Processes::start(Launch { names: &self.names, log: &log, timeout: TIMEOUT }, &[spec])?;
+        std::thread::scope(|scope| {
+            let ends = [scope.spawn(|| self.solid()), scope.spawn(|| self.fluid())];
+            let result = self.conduct(CouplerOnly(processes));
+            for end in ends {
+                let end = end.join().expect("an end reports its errors");
+                end.map_err(|error| error.into_failure("bench", 0, 0.0, "exchange"))?;
+            }
+            result
+        })
+    }
+
+    fn conduct(&self, mut crew: CouplerOnly) -> Result<(Vec<f64>, f64), Failure> {
+        let nodes = Some(self.contract.node_count as u64);
+        crew.0.ask("coupler", &Order::Start(Start { surface_nodes: nodes, dummy_nodes: nodes }))?;
+        let before = crew.cpu()?;
+        let mut walls = Vec::new();
+        for number in 1..=STEPS {
+            let start = Instant::now();
+            step(&mut crew, Cast::Coupled(Scheme::Robin), at(number))?;
+            walls.push(start.elapsed().as_secs_f64());
+        }
+        let cpu = (crew.cpu()? - before) / STEPS as f64;
+        crew.0.ask("coupler", &Order::Stop)?;
+        crew.0.finish()?;
+        Ok((walls, cpu))
+    }
+
+    fn solid(&self) -> Result<(), LinkError> {
+        let mesh = self.surface.encode();
+        let block = self.surface.reference_position.len();
+        let load_len = 1 + block + 3 * self.surface.facets.markers().len();
+        let capacity = mesh.len().max(3 * block);
+        let mut link = IpcTransport::new(&self.names, "solid", TIMEOUT)?.connect("coupler", capacity)?;
+        agree(&mut *link, &self.contract)?;
+        link.send(Header::new(Kind::Surface, 0, 0.0, 0.0), mesh.len(), &mut |out| {
+            out.copy_from_slice(&mesh)
+        })?;
+        for step in 0..=STEPS {
+            if step > 0 {
+                let expect = Expect { kind: Kind::Load, step, count: Some(load_len) };
+                link.receive(expect, &mut |_, _| ())?;
+            }
+            link.send(Header::new(Kind::Motion, step, at(step).time, DT), 3 * block, &mut |out| {
+                out.fill(1e-6 * step as f64);
+            })?;
+        }
+        Ok(())
+    }
+
+    fn fluid(&self) -> Result<(), LinkError> {
+        let (nodes, markers) = (self.surface.reference_position.len(), self.surface.facets.markers().len());
+        let mut transport = IpcTransport::new(&self.names, "fluid", TIMEOUT)?;
+        let mut link = transport.connect("coupler", markers + nodes)?;
+        agree(&mut *link, &self.contract)?;
+        link.receive(Expect { kind: Kind::BodyMesh, step: 0, count: None }, &mut |_, _| ())?;
+        for step in 1..=STEPS {
+            link.receive(Expect { kind: Kind::Motion, step, count: None }, &mut |_, _| ())?;
+            link.send(Header::new(Kind::Load, step, at(step).time, DT), markers + nodes, &mut |out| {
+                out.fill(1.0 + 1e-3 * step as f64);
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn at(step: u64) -> StepTime {
+    StepTime { step, time: DT * step as f64, dt: DT }
+}
+
+/// Of a crew only the coupler is a process; the others hear no orders and answer the data.
+struct CouplerOnly(Processes);
+
+impl CouplerOnly {
+    fn cpu(&mut self) -> Result<f64, Failure> {
+        match self.0.ask("coupler", &Order::Output { frame: 0, at: at(0) })? {
+            Reply::Account(account) => Ok(account.cpu_s),
+            other => panic!("an output is answered by an account, not {other:?}"),
+        }
+    }
+}
+
+impl Crew for CouplerOnly {
+    fn order(&mut self, process: &str, order: &Order, call: Call) -> Result<(), Failure> {
+        if process == "coupler" { self.0.order(process, order, call) } else { Ok(()) }
+    }
+
+    fn answer(&mut self, process: &str) -> Result<Reply, Failure> {
+        self.0.answer(process)
+    }
+
+    fn answers(&mut self) -> Result<Vec<(String, Reply)>, Failure> {
+        self.0.answers()
+    }
+}
