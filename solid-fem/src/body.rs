@@ -1,5 +1,7 @@
 //! The body in motion: matrices, state, and the phases of one step that [`crate::step`] puts in order.
 
+mod evaluation;
+
 use protocol::phases::PhaseClock;
 
 use crate::assembly::{Assembly, At};
@@ -8,8 +10,9 @@ use crate::integrator::{Coefficients, Integrator};
 use crate::linear::block_matrix::BlockMatrix;
 use crate::linear::vector::Summation;
 use crate::linear::{LinearMethod, LinearSolver};
-use crate::load::{Loads, When};
+use crate::load::Loads;
 use crate::scene::Scene;
+use crate::state::{Counts, Span, State};
 use crate::support::Supports;
 
 /// Newton iterations before an attempt is given up.
@@ -20,62 +23,6 @@ const KEEP_TANGENT_BELOW: f64 = 0.2;
 
 /// Relative tolerance of linear solves: the residual falls by about as much per iteration.
 const LINEAR_TOLERANCE: f64 = 1e-2;
-
-/// What defines the motion at one instant; all `[n, D]`.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct State {
-    /// s.
-    pub(crate) time: f64,
-    /// m.
-    pub(crate) displacement: Vec<f64>,
-    /// m/s.
-    pub(crate) velocity: Vec<f64>,
-    /// m/s2.
-    pub(crate) acceleration: Vec<f64>,
-    /// N.
-    pub(crate) internal_force: Vec<f64>,
-    /// N.
-    pub(crate) external_force: Vec<f64>,
-    /// What the elements keep, `[elements, history]`.
-    pub(crate) history: Vec<f64>,
-}
-
-impl State {
-    /// For the elements.
-    pub(crate) fn at(&self) -> At<'_> {
-        At { displacement: &self.displacement, history: &self.history }
-    }
-}
-
-/// From where to where a step goes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Span {
-    /// Length, s; infinite for statics.
-    pub(crate) dt: f64,
-    /// Loads at its end.
-    pub(crate) when: When,
-}
-
-/// Counts for the report.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Counts {
-    /// Steps asked for.
-    pub steps: u64,
-    /// Sub-steps taken in them.
-    pub substeps: u64,
-    /// Sub-steps in which the prediction stood.
-    pub skipped: u64,
-    /// Attempts that failed and were repeated with half the step.
-    pub halvings: u64,
-    /// Newton iterations.
-    pub newton_iterations: u64,
-    /// Tangents assembled.
-    pub tangents: u64,
-    /// Factorisations.
-    pub factorizations: u64,
-    /// Iterations of the conjugate gradients.
-    pub linear_iterations: u64,
-}
 
 /// The body, its state and the work arrays of a step.
 pub(crate) struct Body {
@@ -88,7 +35,9 @@ pub(crate) struct Body {
     pub(crate) clock: PhaseClock,
     /// Which components do not move freely, `[n, D]`.
     pub(crate) fixed: Vec<bool>,
-    supports: Supports,
+    /// The last step, under loads that did not change, led from the state to itself: the same one again would, too.
+    pub(crate) is_resting: bool,
+    pub(crate) supports: Supports,
     stiffness: BlockMatrix,
     /// Of the last tangent; zero before the first.
     stiffness_diagonal: Vec<f64>,
@@ -176,6 +125,7 @@ impl Body {
             mass,
             loads,
             fixed,
+            is_resting: false,
             supports,
         };
         if body.is_linear || scene.stiffness_damping > 0.0 {
@@ -191,6 +141,14 @@ impl Body {
             body.tangent_serves = true;
         }
         Ok(body)
+    }
+
+    /// The step of a body that rests under loads that do not change: only time goes on.
+    pub(crate) fn sleep(&mut self, dt: f64) {
+        self.state.time += dt;
+        self.counts.substeps += 1;
+        self.counts.skipped += 1;
+        self.counts.slept += 1;
     }
 
     /// Runs one phase and books its time.
@@ -394,60 +352,6 @@ impl Body {
         self.counts.substeps += 1;
         self.counts.skipped += u64::from(self.balance.iterations == 0);
         std::mem::swap(&mut self.state, &mut self.trial);
-    }
-
-    /// Acceleration that balances the forces at the present displacement and velocity, unless they are in balance.
-    pub(crate) fn balance_acceleration(&mut self) -> Result<(), Trouble> {
-        let still = Span {
-            dt: f64::INFINITY,
-            when: When { time: self.state.time, fraction: 1.0, weight: 1.0, own: 1.0 },
-        };
-        self.predict_rest(self.state.time);
-        self.balance(still)?;
-        std::mem::swap(&mut self.state, &mut self.trial);
-        if self.is_balanced() {
-            return Ok(());
-        }
-        self.system.values.copy_from_slice(&self.mass.values);
-        self.system.fix(&self.fixed);
-        self.combined = None;
-        let method = LinearMethod::JacobiConjugateGradient;
-        self.linear.solve(method, &self.system, &self.residual, &mut self.state.acceleration, 1e-12)
-    }
-
-    /// Force of inertia and damping at the state, `[n, D]` N, for [`Self::product`].
-    pub(crate) fn find_inertia_of_state(&mut self) {
-        let state = &self.state;
-        for i in 0..self.fixed.len() {
-            self.increment[i] = state.acceleration[i] + self.damping * state.velocity[i];
-        }
-        self.mass.multiply(&self.increment, &mut self.work);
-        if let Some(damping) = &self.stiffness_damping {
-            damping.multiply(&state.velocity, &mut self.increment);
-            self.work.iter_mut().zip(&self.increment).for_each(|(work, damping)| *work += damping);
-        }
-    }
-
-    /// Computes M x of a column of the state, `[n, D]`, for [`Self::product`].
-    pub(crate) fn times_mass(&mut self, column: impl Fn(&State) -> &[f64]) {
-        self.mass.multiply(column(&self.state), &mut self.work);
-    }
-
-    /// The last product of [`Self::times_mass`].
-    pub(crate) fn product(&self) -> &[f64] {
-        &self.work
-    }
-
-    /// Mass and stiffness for eigenvalues: assembles the tangent at the state, fixed components made identity.
-    pub(crate) fn stiffness_at_state(&mut self) -> Result<&BlockMatrix, Trouble> {
-        if !self.is_linear {
-            self.assembly.tangent(self.state.at(), &mut self.stiffness)?;
-            self.tangent_serves = false;
-        }
-        self.combined = None;
-        self.system.values.copy_from_slice(&self.stiffness.values);
-        self.system.fix(&self.fixed);
-        Ok(&self.system)
     }
 
     /// A static step has neither mass nor memory.

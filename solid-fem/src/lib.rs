@@ -2,6 +2,7 @@
 //!
 //! [`scene::Scene`] -> [`solid::Solid`]; one step is in `step.rs`. Deliberately absent: any knowledge of the fluid.
 
+pub mod account;
 mod assembly;
 mod body;
 pub mod box_grid;
@@ -21,12 +22,14 @@ pub mod mesh_file;
 pub mod modes;
 pub mod participant;
 pub mod probe;
+pub mod quadrature;
 mod recorder;
 pub mod rigid;
 pub mod scene;
 pub mod solid;
+mod state;
 mod step;
 pub mod support;
 mod surface;
 
-pub use body::Counts;
+pub use state::Counts;

@@ -164,6 +164,15 @@ impl Loads {
         }
     }
 
+    /// Whether all loads at a time and at the end of the step are those at its start, `start` s.
+    pub(crate) fn are_constant(&self, start: f64, end: f64) -> bool {
+        let is_kept = |table: &[(f64, f64)]| interpolate(table, start) == interpolate(table, end);
+        self.start == self.end
+            && is_kept(&self.weight_table)
+            && self.own.iter().all(|own| is_kept(&own.load.table))
+            && self.points.iter().all(|(load, _)| is_kept(&load.table))
+    }
+
     /// The interface load at the end of the step, to be put back by [`Self::restore`].
     pub(crate) fn save(&self, saved: &mut (Vec<f64>, Vec<f64>)) {
         saved.0.clone_from(&self.end.nodal);

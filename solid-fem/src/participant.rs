@@ -171,6 +171,7 @@ impl Participant for FemSolid {
             ("solid_substeps", per_step(counts.substeps)),
             ("solid_halvings", counts.halvings as f64),
             ("solid_skipped_steps", counts.skipped as f64),
+            ("solid_slept_steps", counts.slept as f64),
             ("solid_tangents", counts.tangents as f64),
             ("solid_factorizations", counts.factorizations as f64),
         ];

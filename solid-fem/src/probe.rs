@@ -1,7 +1,7 @@
 //! A point of the body, embedded by the shape functions of the element it lies in.
 
 use crate::cell::{Cell, MAX_NODES};
-use crate::element::kinematics::inverse;
+use crate::element::matrix::inverse;
 use crate::mesh::Mesh;
 
 /// How far outside its element, in own coordinates, a point may lie.

@@ -4,15 +4,15 @@ use protocol::interface::Surface;
 use protocol::phases::PhaseTime;
 
 use crate::assembly::Assembly;
-use crate::body::{Body, Counts, Span, State};
+use crate::body::Body;
 use crate::error::{SolidError, Trouble};
-use crate::facet::cross;
 use crate::halving;
 use crate::linear::LinearMethod;
 use crate::load::{Load, Loads, When};
 use crate::mesh::Mesh;
 use crate::modes::{self, Mode};
 use crate::scene::Scene;
+use crate::state::{Counts, Span, State};
 use crate::step;
 use crate::support::Supports;
 use crate::surface;
@@ -23,7 +23,7 @@ pub struct Solid {
     surface: Surface,
     /// Mesh node of each interface node.
     interface_node: Vec<usize>,
-    body: Body,
+    pub(crate) body: Body,
     /// m.
     smallest_cell: f64,
     saved: Saved,
@@ -44,33 +44,6 @@ pub struct Advance {
     pub substeps: u32,
     /// Newton iterations in all of them; 0 if the predictions stood.
     pub newton_iterations: u64,
-}
-
-/// Energies, J (J/m in 2-D).
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Energies {
-    /// v.Mv / 2.
-    pub kinetic: f64,
-    /// Of the weight: minus integral of rho g.x, zero at the origin.
-    pub potential: f64,
-    /// Integral of S:E / 2.
-    pub strain: f64,
-}
-
-impl Energies {
-    /// All together.
-    pub fn total(&self) -> f64 {
-        self.kinetic + self.potential + self.strain
-    }
-}
-
-/// What the supports do to the body.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Reaction {
-    /// N (N/m in 2-D).
-    pub force: [f64; 3],
-    /// About the origin, N m.
-    pub moment: [f64; 3],
 }
 
 impl Solid {
@@ -145,6 +118,7 @@ impl Solid {
         let time = self.body.state.time;
         self.body.balance_acceleration().map_err(|trouble| trouble.at(self.body.counts.steps, time))?;
         self.body.state.velocity.copy_from_slice(velocity);
+        self.body.is_resting = false;
         Ok(())
     }
 
@@ -173,24 +147,34 @@ impl Solid {
     }
 
     /// Advances by `dt` s under a load given at the end of the step (between its last value and this one it is linear).
-    /// A step that fails is repeated in halves; if it fails altogether the state stays as it was.
+    /// A body that the last step left as it was sleeps until a load changes: its steps take no work, and the result has the
+    /// same bits as if they had. A step that fails is repeated in halves; if it fails altogether the state stays as it was.
     ///
     /// # Errors
     /// The run errors of [`SolidError`].
     pub fn advance(&mut self, dt: f64, load: Load<'_>) -> Result<Advance, SolidError> {
-        self.begin(dt, load)?;
+        self.receive(dt, load)?;
         let start = self.body.state.time;
+        let is_calm = !self.body.supports.are_moving() && self.body.loads.are_constant(start, start + dt);
+        if is_calm && self.body.is_resting {
+            self.body.sleep(dt);
+            return Ok(Advance { substeps: 1, newton_iterations: 0 });
+        }
         let courant = self.courant(1.0);
-        self.cross(dt, |body, from, to| {
+        let done = self.cross(dt, |body, from, to| {
             let part = dt * (to - from);
             body.method = LinearMethod::for_courant(courant * part);
             let when = When { time: start + dt * to, fraction: to, weight: 1.0, own: 1.0 };
             step::step(body, Span { dt: part, when })
-        })
+        })?;
+        let body = &mut self.body;
+        let stood = done.substeps == 1 && done.newton_iterations == 0;
+        body.is_resting = is_calm && stood && body.state.is_same(&body.trial);
+        Ok(done)
     }
 
-    /// Takes the load of a step and keeps what a failed one goes back to.
-    fn begin(&mut self, dt: f64, load: Load<'_>) -> Result<(), SolidError> {
+    /// Takes the load of a step and keeps the last one for a failed step to go back to.
+    fn receive(&mut self, dt: f64, load: Load<'_>) -> Result<(), SolidError> {
         let body = &mut self.body;
         body.counts.steps += 1;
         let lengths = body.loads.lengths();
@@ -203,7 +187,6 @@ impl Solid {
         {
             return Err(SolidError::NonFinite { step: body.counts.steps, time_s: body.state.time });
         }
-        self.retry.state.clone_from(&body.state);
         body.loads.save(&mut self.retry.load);
         body.loads.receive(load);
         Ok(())
@@ -215,6 +198,8 @@ impl Solid {
         mut part: impl FnMut(&mut Body, f64, f64) -> Result<(), Trouble>,
     ) -> Result<Advance, SolidError> {
         let body = &mut self.body;
+        self.retry.state.clone_from(&body.state);
+        body.is_resting = false;
         let (step, end) = (body.counts.steps, body.state.time + dt);
         let iterations = body.counts.newton_iterations;
         match halving::cross(|from, to| part(body, from, to)) {
@@ -236,7 +221,7 @@ impl Solid {
     /// # Errors
     /// The run errors of [`SolidError`].
     pub fn advance_static(&mut self, dt: f64, load: Load<'_>) -> Result<Advance, SolidError> {
-        self.begin(dt, load)?;
+        self.receive(dt, load)?;
         let body = &mut self.body;
         let (start, first) = (body.state.time, body.counts.steps == 1);
         body.method = LinearMethod::Cholesky;
@@ -264,6 +249,7 @@ impl Solid {
         if !self.saved.state.displacement.is_empty() {
             self.body.state.clone_from(&self.saved.state);
             self.body.loads.restore(&self.saved.load);
+            self.body.is_resting = false;
         }
     }
 
@@ -333,59 +319,9 @@ impl Solid {
         force
     }
 
-    /// Energies at the present state.
-    pub fn energies(&mut self) -> Energies {
-        self.body.times_mass(|state| &state.velocity);
-        let body = &self.body;
-        let kinetic = 0.5 * dot(&body.state.velocity, body.product());
-        let height: f64 = body.loads.weight_potential(&body.state.displacement, body.state.time);
-        Energies { kinetic, potential: height, strain: body.assembly.strain_energy(body.state.at()) }
-    }
-
-    /// Angular momentum about the origin, kg m2/s (kg m/s in 2-D).
-    pub fn angular_momentum(&mut self) -> [f64; 3] {
-        self.body.times_mass(|state| &state.velocity);
-        let (d, position) = (self.scene.dimension(), &self.body.assembly.mesh.reference_position);
-        let mut total = [0.0; 3];
-        for node in 0..position.len() / d {
-            let (mut arm, mut momentum) = ([0.0; 3], [0.0; 3]);
-            for axis in 0..d {
-                arm[axis] = position[node * d + axis] + self.body.state.displacement[node * d + axis];
-                momentum[axis] = self.body.product()[node * d + axis];
-            }
-            let own = cross(arm, momentum);
-            (0..3).for_each(|i| total[i] += own[i]);
-        }
-        total
-    }
-
     /// Cauchy stress at the mesh nodes, `[n]` xx yy zz xy yz zx Pa, the mean over the elements around.
     pub fn nodal_stress(&self) -> Vec<[f64; 6]> {
         self.body.assembly.nodal_stress(self.body.state.at())
-    }
-
-    /// Force and moment of the supports on the body: M a + C v + f - F at the components held.
-    pub fn reaction(&mut self) -> Reaction {
-        self.body.find_inertia_of_state();
-        let (d, state, fixed) = (self.scene.dimension(), &self.body.state, &self.body.fixed);
-        let position = &self.body.assembly.mesh.reference_position;
-        let mut reaction = Reaction::default();
-        for node in (0..fixed.len() / d).filter(|node| fixed[node * d..node * d + d].contains(&true)) {
-            let (mut force, mut arm) = ([0.0; 3], [0.0; 3]);
-            for axis in 0..d {
-                let i = node * d + axis;
-                arm[axis] = position[i] + state.displacement[i];
-                if fixed[i] {
-                    force[axis] = self.body.product()[i] + state.internal_force[i] - state.external_force[i];
-                }
-            }
-            let moment = cross(arm, force);
-            (0..3).for_each(|i| {
-                reaction.force[i] += force[i];
-                reaction.moment[i] += moment[i];
-            });
-        }
-        reaction
     }
 
     /// The lowest natural vibrations about the present state, by the tangent stiffness.
@@ -416,8 +352,4 @@ impl Solid {
     pub fn phases(&self) -> Vec<PhaseTime> {
         self.body.clock.table()
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,8 +1,9 @@
 //! One step of the solid, from one state of balance to the next: Newton's method on
 //! M [(1-am) a1 + am a0] + (1-af) f(u1) + af f(u0) = (1-af) F1 + af F0.
 
-use crate::body::{Body, Span};
+use crate::body::Body;
 use crate::error::Trouble;
+use crate::state::Span;
 
 /// Advances the body over one span of time; on trouble its state stays as it was.
 ///

@@ -1,10 +1,10 @@
 //! What holds the body: components of nodes that are fixed or move as told.
 
-use crate::body::State;
 use crate::error::SceneError;
 use crate::facet::cross;
 use crate::mesh::{Mesh, NamedFace};
 use crate::scene::Scene;
+use crate::state::State;
 use protocol::case::Prescribed;
 
 /// A named face (or set of nodes) held along some axes, at rest or with a prescribed motion.
@@ -66,6 +66,11 @@ impl Supports {
                 self.fixed[component] = true;
             }
         }
+    }
+
+    /// Whether a face moves as told.
+    pub(crate) fn are_moving(&self) -> bool {
+        !self.moving.is_empty()
     }
 
     /// Puts the components that move as told where they are at the state's time.

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use protocol::case::{CaseFile, CheckReport};
+use protocol::case::{CaseFile, CheckReport, Place};
 use solid_fem::{case, rigid};
 
 const HEAD: &str = "[case]\nname = \"t\"\ndimension = 2\n[time]\nend = 0.1\nmax_dt = 2.5e-4\n\
@@ -39,6 +39,17 @@ fn mistakes_are_found_together_with_range_and_hint() {
     assert_eq!(keys, ["solid.poisson_ratio", "solid.newmark_gamma", "solid.element"]);
     assert!(report.diagnostics.iter().all(|diagnostic| !diagnostic.allowed.is_empty()));
     assert!(report.diagnostics[1].hint.contains("other way round"));
+}
+
+#[test]
+fn updated_lagrangian_with_enhanced_elements_is_refused_with_the_others_named() {
+    let report = check("kinematics = \"updated_lagrangian\"\n");
+    let [diagnostic] = &report.diagnostics[..] else { panic!("{:?}", report.diagnostics) };
+    assert_eq!(diagnostic.key, "solid.kinematics");
+    assert!(matches!(diagnostic.place, Place::File { .. }));
+    assert_eq!(diagnostic.allowed, "with element quad8, tri6, tri3");
+    assert!(diagnostic.hint.contains("total_lagrangian"), "{}", diagnostic.hint);
+    assert_eq!(check("kinematics = \"updated_lagrangian\"\nelement = \"quad8\"\n").diagnostics, []);
 }
 
 #[test]

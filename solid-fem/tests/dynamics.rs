@@ -129,6 +129,38 @@ fn rest_is_kept_to_the_last_bit() {
     }
 }
 
+/// A body at rest sleeps until a load comes, and nothing afterwards tells that it did. The twin is kept awake by being
+/// restored before every step.
+#[test]
+fn a_sleeping_body_wakes_as_if_it_had_been_awake() {
+    let kinds = [(2, None), (2, Some(ElementKind::Quad8)), (3, Some(ElementKind::Hex8Eas9))];
+    for (dimension, element) in kinds {
+        for integrator in [Integrator::default(), Integrator::PAPER, Integrator::EnergyMomentum] {
+            let mut scene = obstacle(dimension, [1, 6, 4], element);
+            (scene.gravity, scene.integrator) = ([0.0, -9.81, 0.0], integrator);
+            let [mut sleeper, mut twin] = [(); 2].map(|()| Solid::new(scene.clone()).unwrap());
+            let count = sleeper.surface().node_count() * dimension;
+            let calm = vec![0.0; count];
+            let push: Vec<f64> = (0..count).map(|i| if i % dimension == 0 { 0.01 } else { 0.0 }).collect();
+            for step in 0..60 {
+                let load = Load::NodalForce(if step < 40 { &calm } else { &push });
+                let dt = 1e-4 * f64::from(1 + step % 3);
+                sleeper.advance(dt, load).unwrap();
+                twin.save();
+                twin.restore();
+                twin.advance(dt, load).unwrap();
+                assert_eq!(sleeper.time(), twin.time());
+                assert_eq!(sleeper.displacement(), twin.displacement());
+                assert_eq!(sleeper.velocity(), twin.velocity());
+                assert_eq!(sleeper.acceleration(), twin.acceleration());
+            }
+            assert_eq!((sleeper.counts().slept, twin.counts().slept), (39, 0));
+            assert_eq!(solid_fem::Counts { slept: 0, ..sleeper.counts() }, twin.counts());
+            assert!(sleeper.displacement().iter().any(|&u| u != 0.0));
+        }
+    }
+}
+
 /// A free body turning about its middle keeps its energy (rho_inf 0.5, 20 turns at omega dt 0.02: at least 0.998).
 #[test]
 fn a_spinning_body_keeps_its_energy() {

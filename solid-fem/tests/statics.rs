@@ -157,6 +157,32 @@ fn hexahedra_between_rollers_are_plane_strain() {
     assert_close(solid[1], plane[1], 1e-8, "uy");
 }
 
+/// Slender cells under pressure across them: a stack of cells 20 times as wide as high bears its weight, and a pressure of a
+/// tenth of its modulus, as a stack of squat ones does: at Poisson's ratio 0 nothing depends on x.
+#[test]
+fn slender_cells_bear_pressure_across() {
+    for dimension in [2, 3] {
+        let top = |across: usize, pressure: f64| {
+            let cells = [across, 60, 1];
+            let grid = BoxGrid { dimension, minimum: [0.0; 3], maximum: [0.024, 0.072, 0.024], cells };
+            let mut scene = Scene::of_box(grid, 2500.0, 1e5, 0.0);
+            scene.gravity = [0.0, -9.81, 0.0];
+            let kind = FaceLoadKind::DeadPressure(pressure);
+            scene.loads = vec![FaceLoad { face: "top".to_owned(), kind, table: Vec::new() }];
+            // Held against buckling as a whole.
+            scene.rollers = ["left", "back"][..dimension - 1].iter().map(|&face| face.to_owned()).collect();
+            let solid = Solid::new_static(scene, 4);
+            let mut solid = solid.unwrap_or_else(|error| panic!("{across} x {pressure} Pa: {error}"));
+            let probe = Probe::at(solid.mesh(), &[0.012, 0.072, 0.012]).unwrap();
+            assert!(solid.modes(1).unwrap()[0].frequency > 1.0);
+            probe.value(solid.displacement(), dimension)[1]
+        };
+        for pressure in [0.0, 1e4] {
+            assert_close(top(1, pressure), top(4, pressure), 1e-6, "top of the stack");
+        }
+    }
+}
+
 /// Weight beyond the buckling load is refused by name, not computed.
 #[test]
 fn a_body_crushed_by_its_weight_is_an_error() {

@@ -94,6 +94,13 @@ pub fn fluid_only() -> String {
     [HEAD, WATER].concat()
 }
 
+/// The obstacle alone under a pressure on its top that grows until nothing balances it.
+pub fn solid_crushed() -> String {
+    let load = "[[solid.load]]\nkind = \"follower_pressure\"\nface = \"top\"\npressure = 1e6\n\
+                table = [[0.0, 0.0], [0.03, 0.0], [0.06, 1.0]]\n";
+    [HEAD, BODY, ELASTIC, load, SOLID_GAUGES].concat()
+}
+
 /// The obstacle alone, swinging under its weight.
 pub fn solid_only() -> String {
     let weight = HEAD.replace("[0.0, -9.81]", "[9.81, 0.0]");

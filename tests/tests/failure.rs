@@ -144,6 +144,25 @@ fn an_interrupt_finishes_the_step_and_writes_the_report() {
     }
 }
 
+/// A load that nothing balances: the run ends with the element or residual at fault, the state before that step is written,
+/// and the series hold every step that was done.
+#[test]
+fn a_solid_that_cannot_go_on_leaves_its_last_good_state() {
+    let stage = Stage::new(&scene::solid_crushed());
+    let finished = stage.run("run", &[]).expect_code(3).expect_no_trace();
+    let json = finished.json();
+    let failure = json.failure.expect("a failed run says why");
+    assert_eq!((failure.process.as_str(), failure.phase.as_str()), ("solid-fem", "advance"));
+    assert!(failure.step == json.steps + 1 && failure.time_s > 0.03 && !failure.hint.is_empty(), "{failure}");
+    // The writer of fields refuses what is not finite.
+    let state = fs::read(finished.out.join("fields/solid_last_good.vtu")).unwrap();
+    let state = String::from_utf8_lossy(&state);
+    assert!(state.contains("displacement_m") && state.contains("von_mises_pa"));
+    let tip = fs::read_to_string(finished.out.join("series/tip.csv")).unwrap();
+    let last: f64 = tip.lines().last().unwrap().split(',').next().unwrap().parse().unwrap();
+    assert_eq!(last, json.simulated_s);
+}
+
 #[test]
 fn a_second_run_into_the_same_folder_is_refused() {
     let stage = Stage::new(&scene::coupled());

@@ -72,7 +72,7 @@ fn l2_error(mesh: &Mesh, displacement: &[f64]) -> f64 {
             }
             let exact = exact(&x);
             let square: f64 = (0..d).map(|i| (difference[i] - exact[i]).powi(2)).sum();
-            sum += q.weight * kinematics::determinant(&jacobian) * square;
+            sum += q.weight * matrix::determinant(&jacobian) * square;
         }
     }
     sum.sqrt()

@@ -6,10 +6,12 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::enhanced::Reference;
-use super::kinematics::{Kinematics, Sample, full_moduli, mirror, stress_tensor};
+use super::enhancement::Reference;
+use super::kinematics::{Kinematics, full_moduli, stress_tensor};
+use super::point::mirror;
+use super::uneven::Parts;
 use super::{Collapse, Element, Extrapolation, cauchy_stress};
-use crate::material::{History, InSpace, Material, Moduli};
+use crate::material::{History, InSpace, Material};
 
 /// Iterations for alpha.
 const ITERATIONS: usize = 30;
@@ -28,7 +30,7 @@ pub struct EnhancedIterated<const D: usize, const S: usize, const N: usize, cons
 
 /// An element whose enhanced work vanishes.
 struct Settled<const D: usize, const S: usize, const N: usize, const A: usize> {
-    deformation: [[[f64; D]; D]; N],
+    parts: [Parts<D>; N],
     strain: [[f64; S]; N],
     stress: [[f64; S]; N],
     moduli: [[[f64; S]; S]; N],
@@ -55,13 +57,10 @@ where
         history: History<'_>,
     ) -> Result<Settled<D, S, N, A>, Collapse> {
         let (reference, kept) = (self.reference(element), self.kept());
-        let mut plain = [([0.0; S], [[0.0; D]; D]); N];
-        for (plain, point) in plain.iter_mut().zip(&reference.points) {
-            *plain = self.kinematics.strain::<D, S>(&point.displacement_gradient(displacement))?;
-        }
+        let (plain, parts) = reference.strains(self.kinematics, displacement)?;
         let mut alpha = SVector::<f64, A>::from_column_slice(&history.old[..A]);
         let mut state = Settled {
-            deformation: plain.map(|(_, deformation)| deformation),
+            parts,
             strain: [[0.0; S]; N],
             stress: [[0.0; S]; N],
             moduli: [[[0.0; S]; S]; N],
@@ -73,7 +72,7 @@ where
             for q in 0..N {
                 let modes = &reference.modes[q];
                 let enhanced = |s: usize| (0..A).map(|m| modes[s][m] * alpha[m]).sum::<f64>();
-                state.strain[q] = std::array::from_fn(|s| plain[q].0[s] + enhanced(s));
+                state.strain[q] = std::array::from_fn(|s| plain[q][s] + enhanced(s));
                 let (old, new) =
                     (&history.old[A + q * kept..][..kept], &mut history.new[A + q * kept..][..kept]);
                 let (stress, moduli) = self.material.response(&state.strain[q], History { old, new })?;
@@ -139,9 +138,8 @@ where
         let state = self.settle(element, displacement, history)?;
         force.fill(0.0);
         for q in 0..N {
-            let (point, deformation) = (self.reference(element).points[q], state.deformation[q]);
-            let (stress, moduli) = (stress_tensor(&state.stress[q]), Moduli::Lame(0.0, 0.0));
-            Sample::<D, S, N> { point, deformation, stress, moduli }.add_force(force);
+            let stress = stress_tensor(&state.stress[q]);
+            self.reference(element).add_force(q, &state.parts[q], &stress, force);
         }
         Ok(())
     }
@@ -159,17 +157,19 @@ where
         tangent.fill(0.0);
         let mut coupling = vec![SVector::<f64, A>::zeros(); N * D];
         for q in 0..N {
-            let (point, deformation) = (reference.points[q], state.deformation[q]);
-            let (stress, moduli) = (stress_tensor(&state.stress[q]), Moduli::Full(state.moduli[q]));
-            Sample::<D, S, N> { point, deformation, stress, moduli }.add_tangent(self.kinematics, tangent);
-            let strain: [[[f64; S]; D]; N] = point.strain_derivative(&deformation);
+            let (stress, moduli) = (stress_tensor(&state.stress[q]), &state.moduli[q]);
+            let initial = (self.kinematics != Kinematics::Linear).then_some(&stress);
+            let stress_of =
+                |strain: &[f64; S]| std::array::from_fn(|s| super::matrix::dot(&moduli[s], strain));
+            let strain = reference.strain_derivative(q, &state.parts[q]);
+            reference.add_tangent(q, &strain, stress_of, initial, tangent);
             for m in 0..A {
                 let column: [f64; S] = std::array::from_fn(|s| {
-                    let answer = |t: usize| state.moduli[q][s][t] * reference.modes[q][t][m];
-                    point.weight * (0..S).map(answer).sum::<f64>()
+                    let answer = |t: usize| moduli[s][t] * reference.modes[q][t][m];
+                    reference.points[q].weight * (0..S).map(answer).sum::<f64>()
                 });
                 for (row, strain) in strain.as_flattened().iter().enumerate() {
-                    coupling[row][m] += super::kinematics::dot(strain, &column);
+                    coupling[row][m] += super::matrix::dot(strain, &column);
                 }
             }
         }
@@ -215,7 +215,7 @@ where
         let at_points: [[f64; 6]; N] = std::array::from_fn(|q| {
             let old = &old[A + q * kept..][..kept];
             let (second, across) = Material::<D, S>::in_space(&self.material, &state.strain[q], old);
-            cauchy_stress(&state.deformation[q], &second, across)
+            cauchy_stress(&state.parts[q].deformation, &second, across)
         });
         self.extrapolation.to_nodes(&at_points, stress);
         self.reference(element).points.iter().map(|point| point.weight).sum()

@@ -4,8 +4,10 @@
 //! triangle, 8-node quadrilateral, 10-node tetrahedron and 20-node hexahedron (third order), all with full integration:
 //! the 20-node hexahedron with reduced integration diverges at large displacement and is not offered.
 
-use super::kinematics::{Kinematics, Point, Sample, determinant, inverse, mirror, stress_tensor};
-use super::{Collapse, Element, Extrapolation, cauchy_stress};
+use super::kinematics::{Kinematics, Sample, stress_tensor};
+use super::matrix::{determinant, inverse, product};
+use super::point::{Point, mirror};
+use super::{Collapse, Element, Extrapolation, cauchy_stress, middle_stress};
 use crate::cell::Cell;
 use crate::material::{History, Material, Moduli};
 use crate::mesh::Mesh;
@@ -28,7 +30,7 @@ impl<const D: usize, const S: usize, const N: usize, M: Material<D, S>> Isoparam
         let (class, shapes) = mesh.shapes();
         let rule = mesh.cell.stiffness_rule();
         let place =
-            |shape: &[f64], q: &crate::cell::QuadraturePoint| point(mesh.cell, shape, &q.at, q.weight);
+            |shape: &[f64], q: &crate::quadrature::QuadraturePoint| point(mesh.cell, shape, &q.at, q.weight);
         let points = shapes.iter().flat_map(|shape| rule.iter().map(move |q| place(shape, q))).collect();
         let products = shapes.iter().flat_map(|shape| shape_product::<D, N>(mesh.cell, shape)).collect();
         let extrapolation = Extrapolation::new(mesh.cell, &rule);
@@ -143,10 +145,13 @@ impl<const D: usize, const S: usize, const N: usize, M: Material<D, S>> Element
         force.fill(0.0);
         for point in self.points(element) {
             let gradients = [before, after].map(|displacement| point.displacement_gradient(displacement));
-            let states =
-                [self.kinematics.strain::<D, S>(&gradients[0])?, self.kinematics.strain(&gradients[1])?];
-            let sample = super::middle::<D, S, N, M>(point, &self.material, states)?;
-            sample.add_force(force);
+            let [before, after] = gradients;
+            let states = [self.kinematics.strain::<D, S>(&before)?, self.kinematics.strain(&after)?];
+            let stress = middle_stress(&self.material, &states[0].0, &states[1].0)?;
+            let middle = std::array::from_fn(|i| {
+                std::array::from_fn(|j| 0.5 * (states[0].1[i][j] + states[1].1[i][j]))
+            });
+            point.add_force(&product(&middle, &stress), force);
         }
         Ok(())
     }

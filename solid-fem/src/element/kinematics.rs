@@ -6,6 +6,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::Collapse;
+use super::matrix::{determinant, inverse, product, transpose, unit};
+use super::point::Point;
 use crate::material::Moduli;
 
 /// Pairs of axes of the shear components in Voigt order.
@@ -156,171 +158,33 @@ pub(crate) fn full_moduli<const D: usize, const S: usize>(moduli: &Moduli<S>) ->
 }
 
 /// Axes of a Voigt component.
-fn pair<const D: usize>(component: usize) -> (usize, usize) {
+pub(crate) fn pair<const D: usize>(component: usize) -> (usize, usize) {
     if component < D { (component, component) } else { SHEAR[component - D] }
-}
-
-/// An integration point: its volume and the shape gradients there.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Point<const D: usize, const N: usize> {
-    /// m3 (m2 in 2-D).
-    pub(crate) weight: f64,
-    /// `[N, D]` 1/m.
-    pub(crate) gradient: [[f64; D]; N],
-}
-
-impl<const D: usize, const N: usize> Point<D, N> {
-    /// H_ij = sum_a u_ai g_aj.
-    #[inline]
-    pub(crate) fn displacement_gradient(&self, displacement: &[f64]) -> [[f64; D]; D] {
-        let mut gradient = [[0.0; D]; D];
-        for a in 0..N {
-            for i in 0..D {
-                let u = displacement[a * D + i];
-                for j in 0..D {
-                    gradient[i][j] += u * self.gradient[a][j];
-                }
-            }
-        }
-        gradient
-    }
-
-    /// f_a += w P g_a.
-    #[inline]
-    pub(crate) fn add_force(&self, first_pk_stress: &[[f64; D]; D], force: &mut [f64]) {
-        for a in 0..N {
-            for i in 0..D {
-                let mut sum = 0.0;
-                for j in 0..D {
-                    sum += first_pk_stress[i][j] * self.gradient[a][j];
-                }
-                force[a * D + i] += self.weight * sum;
-            }
-        }
-    }
-
-    /// Adds the blocks b >= a of the tangent of a law with constants lambda and mu,
-    /// K_ab += w [ lambda (F g_a)(F g_b)' + mu ((g_a.g_b) F F' + (F g_b)(F g_a)') + (g_a.S g_b) I ].
-    #[inline]
-    pub(crate) fn add_tangent(
-        &self,
-        (lambda, mu): (f64, f64),
-        deformation: &[[f64; D]; D],
-        stress: &[[f64; D]; D],
-        tangent: &mut [f64],
-    ) {
-        let (lambda, mu) = (self.weight * lambda, self.weight * mu);
-        let turned: [[f64; D]; N] = std::array::from_fn(|a| times(deformation, &self.gradient[a]));
-        let stressed: [[f64; D]; N] = std::array::from_fn(|a| times(stress, &self.gradient[a]));
-        let mut finger = [[0.0; D]; D];
-        for i in 0..D {
-            for j in 0..D {
-                for k in 0..D {
-                    finger[i][j] += deformation[i][k] * deformation[j][k];
-                }
-            }
-        }
-        for a in 0..N {
-            for b in a..N {
-                let near = mu * dot(&self.gradient[a], &self.gradient[b]);
-                let initial = self.weight * dot(&self.gradient[a], &stressed[b]);
-                for i in 0..D {
-                    let row = &mut tangent[(a * D + i) * N * D + b * D..][..D];
-                    for j in 0..D {
-                        row[j] += lambda * turned[a][i] * turned[b][j]
-                            + mu * turned[b][i] * turned[a][j]
-                            + near * finger[i][j];
-                    }
-                    row[i] += initial;
-                }
-            }
-        }
-    }
-
-    /// The same for any moduli C: K_ab += w [ B_a' C B_b + (g_a.S g_b) I ], B_a the derivative of E by u_a.
-    pub(crate) fn add_full_tangent<const S: usize>(
-        &self,
-        moduli: &[[f64; S]; S],
-        deformation: &[[f64; D]; D],
-        stress: &[[f64; D]; D],
-        tangent: &mut [f64],
-    ) {
-        let strain: [[[f64; S]; D]; N] = self.strain_derivative(deformation);
-        for b in 0..N {
-            let stressed = times(stress, &self.gradient[b]);
-            let mut answer = [[0.0; S]; D];
-            for j in 0..D {
-                for s in 0..S {
-                    for t in 0..S {
-                        answer[j][s] += self.weight * moduli[s][t] * strain[b][j][t];
-                    }
-                }
-            }
-            for a in 0..=b {
-                let initial = self.weight * dot(&self.gradient[a], &stressed);
-                for i in 0..D {
-                    let row = &mut tangent[(a * D + i) * N * D + b * D..][..D];
-                    for j in 0..D {
-                        row[j] += dot(&strain[a][i], &answer[j]);
-                    }
-                    row[i] += initial;
-                }
-            }
-        }
-    }
-
-    /// dE/du_ai in Voigt order, `[N, D, S]`: component (k, l) is F_ik g_al, made symmetric.
-    pub(crate) fn strain_derivative<const S: usize>(
-        &self,
-        deformation: &[[f64; D]; D],
-    ) -> [[[f64; S]; D]; N] {
-        let mut strain = [[[0.0; S]; D]; N];
-        for a in 0..N {
-            for i in 0..D {
-                for s in 0..S {
-                    let (k, l) = pair::<D>(s);
-                    strain[a][i][s] = deformation[i][k] * self.gradient[a][l];
-                    if k != l {
-                        strain[a][i][s] += deformation[i][l] * self.gradient[a][k];
-                    }
-                }
-            }
-        }
-        strain
-    }
-}
-
-/// Copies the blocks b > a below the diagonal.
-#[inline]
-pub(crate) fn mirror<const D: usize, const N: usize>(tangent: &mut [f64]) {
-    let size = N * D;
-    for row in 0..size {
-        for column in 0..row / D * D {
-            tangent[row * size + column] = tangent[column * size + row];
-        }
-    }
 }
 
 /// E = (H + H' + H'H)/2 in Voigt order with engineering shear.
 #[inline]
 pub(crate) fn green_lagrange_strain<const D: usize, const S: usize>(gradient: &[[f64; D]; D]) -> [f64; S] {
-    let mut strain = [0.0; S];
-    for i in 0..D {
-        let mut square = 0.0;
-        for k in 0..D {
-            square += gradient[k][i] * gradient[k][i];
-        }
-        strain[i] = gradient[i][i] + 0.5 * square;
-    }
-    for shear in D..S {
-        let (i, j) = SHEAR[shear - D];
-        let mut product = 0.0;
-        for k in 0..D {
-            product += gradient[k][i] * gradient[k][j];
-        }
-        strain[shear] = gradient[i][j] + gradient[j][i] + product;
+    let (mut strain, square) = (small_strain::<D, S>(gradient), half_square::<D, S>(gradient));
+    for s in 0..S {
+        strain[s] += square[s];
     }
     strain
+}
+
+/// H'H/2 in Voigt order with engineering shear.
+#[inline]
+pub(crate) fn half_square<const D: usize, const S: usize>(gradient: &[[f64; D]; D]) -> [f64; S] {
+    let mut square = [0.0; S];
+    for s in 0..S {
+        let (i, j) = pair::<D>(s);
+        let mut sum = 0.0;
+        for k in 0..D {
+            sum += gradient[k][i] * gradient[k][j];
+        }
+        square[s] = if i == j { 0.5 * sum } else { sum };
+    }
+    square
 }
 
 /// (H + H')/2 in Voigt order with engineering shear.
@@ -335,21 +199,6 @@ pub(crate) fn small_strain<const D: usize, const S: usize>(gradient: &[[f64; D];
         strain[shear] = gradient[i][j] + gradient[j][i];
     }
     strain
-}
-
-/// I.
-#[inline]
-pub(crate) fn unit<const D: usize>() -> [[f64; D]; D] {
-    let mut unit = [[0.0; D]; D];
-    for i in 0..D {
-        unit[i][i] = 1.0;
-    }
-    unit
-}
-
-/// A'.
-pub(crate) fn transpose<const D: usize>(a: &[[f64; D]; D]) -> [[f64; D]; D] {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
 }
 
 /// F = I + H.
@@ -381,61 +230,4 @@ pub(crate) fn stress_tensor<const D: usize, const S: usize>(voigt: &[f64; S]) ->
         (tensor[i][j], tensor[j][i]) = (voigt[shear], voigt[shear]);
     }
     tensor
-}
-
-/// A B.
-#[inline]
-pub(crate) fn product<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> [[f64; D]; D] {
-    let mut result = [[0.0; D]; D];
-    for i in 0..D {
-        for k in 0..D {
-            for j in 0..D {
-                result[i][j] += a[i][k] * b[k][j];
-            }
-        }
-    }
-    result
-}
-
-#[inline]
-fn times<const D: usize>(matrix: &[[f64; D]; D], vector: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|i| dot(&matrix[i], vector))
-}
-
-#[inline]
-pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..D {
-        sum += a[i] * b[i];
-    }
-    sum
-}
-
-/// Determinant of a 2x2 or 3x3 matrix.
-#[inline]
-pub(crate) fn determinant<const D: usize>(m: &[[f64; D]; D]) -> f64 {
-    if D == 2 {
-        m[0][0] * m[1][1] - m[0][1] * m[1][0]
-    } else {
-        let minor = |i: usize, j: usize| m[1][i] * m[2][j] - m[1][j] * m[2][i];
-        m[0][0] * minor(1, 2) - m[0][1] * minor(0, 2) + m[0][2] * minor(0, 1)
-    }
-}
-
-/// Inverse of a 2x2 or 3x3 matrix, by cofactors.
-pub(crate) fn inverse<const D: usize>(m: &[[f64; D]; D]) -> [[f64; D]; D] {
-    let determinant = determinant(m);
-    let mut result = [[0.0; D]; D];
-    for i in 0..D {
-        for j in 0..D {
-            result[j][i] = if D == 2 {
-                let sign = if i == j { 1.0 } else { -1.0 };
-                sign * m[1 - i][1 - j] / determinant
-            } else {
-                let (p, q, r, s) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
-                (m[p][r] * m[q][s] - m[p][s] * m[q][r]) / determinant
-            };
-        }
-    }
-    result
 }

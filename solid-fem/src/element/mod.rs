@@ -12,14 +12,18 @@
 //! | `tet10`, `hex20` | 3-D, any shape; `tet10` is the default of mesh files of tetrahedra |
 //! | `tet4` | 3-D, paper mode: far too stiff in bending |
 //!
-//! Files: [`isoparametric`] (all displacement elements), [`enhanced`] with the two sets of modes and
-//! [`enhanced_iterated`] (the same for laws that are not linear), `kinematics` (one integration point).
+//! Files: [`isoparametric`] (all displacement elements); [`enhancement`] (modes), [`uneven`] (strain before them), [`enhanced`]
+//! and [`enhanced_iterated`] (the same for laws that are not linear); `kinematics` and `point` (one integration point).
 
 pub mod enhanced;
 pub mod enhanced_iterated;
+pub mod enhancement;
 pub mod isoparametric;
 pub(crate) mod kinematics;
+pub(crate) mod matrix;
+mod point;
 mod stress;
+pub mod uneven;
 
 use serde::{Deserialize, Serialize};
 
@@ -29,8 +33,8 @@ pub(crate) use stress::{Extrapolation, cauchy_stress};
 use crate::cell::Cell;
 use crate::material::{History, InSpace, LawKind, Material, StVenantKirchhoff, Unsolvable};
 use crate::mesh::Mesh;
-use enhanced::{HEXAHEDRON, QUADRILATERAL};
-use kinematics::{Point, Sample, stress_tensor};
+use enhancement::{HEXAHEDRON, QUADRILATERAL};
+use kinematics::stress_tensor;
 
 /// Why an element gives no force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,20 +107,16 @@ pub trait Element: Send + Sync {
     -> f64;
 }
 
-/// The point halfway between two states (strain, F), as the energy-momentum method takes it.
+/// Stress halfway between two strains, as the energy-momentum method takes it, Pa.
 ///
 /// Source: J. C. Simo and N. Tarnow, Z. angew. Math. Phys. 43 (1992) 757.
-pub(super) fn middle<const D: usize, const S: usize, const N: usize, M: Material<D, S>>(
-    point: &Point<D, N>,
+pub(super) fn middle_stress<const D: usize, const S: usize, M: Material<D, S>>(
     material: &M,
-    [before, after]: [([f64; S], [[f64; D]; D]); 2],
-) -> Result<Sample<D, S, N>, Collapse> {
-    let strain = std::array::from_fn(|s| 0.5 * (before.0[s] + after.0[s]));
-    let none = History { old: &[], new: &mut [] };
-    let (stress, moduli) = material.response(&strain, none)?;
-    let deformation =
-        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (before.1[i][j] + after.1[i][j])));
-    Ok(Sample { point: *point, deformation, stress: stress_tensor(&stress), moduli })
+    before: &[f64; S],
+    after: &[f64; S],
+) -> Result<[[f64; D]; D], Collapse> {
+    let strain = std::array::from_fn(|s| 0.5 * (before[s] + after[s]));
+    Ok(stress_tensor(&material.stress(&strain, History { old: &[], new: &mut [] })?))
 }
 
 /// The elements on offer.

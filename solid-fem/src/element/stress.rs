@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use crate::cell::{Cell, QuadraturePoint};
+use crate::cell::Cell;
 use crate::material::tensor::{Tensor, of_stress, product, voigt};
+use crate::quadrature::QuadraturePoint;
 
 /// sigma = F S F' / J, Voigt order in space; `across` is the stretch across the plane in 2-D.
 pub(crate) fn cauchy_stress<const D: usize>(
@@ -18,7 +19,7 @@ pub(crate) fn cauchy_stress<const D: usize>(
             whole[i][j] = deformation[i][j];
         }
     }
-    let jacobian = super::kinematics::determinant(&whole);
+    let jacobian = super::matrix::determinant(&whole);
     let turned = product(&whole, &of_stress(second_pk_stress));
     let turned = std::array::from_fn(|i| {
         std::array::from_fn(|j| (0..3).map(|k| turned[i][k] * whole[j][k]).sum::<f64>() / jacobian)

@@ -6,7 +6,7 @@
 
 use super::tensor::{PAIRS, UNIT, of_strain, product, voigt};
 use super::{History, Law, Response, StVenantKirchhoff, Unsolvable};
-use crate::element::kinematics::{determinant, inverse};
+use crate::element::matrix::{determinant, inverse};
 
 /// The law.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{MeshError, Numbers, Raw, RawElement};
-use crate::element::kinematics::determinant;
+use crate::element::matrix::determinant;
 
 /// Least ratio of a simplex's or box's smallest Jacobian to the cube (square) of its longest edge: below it is a sliver.
 const SLIVER: f64 = 1e-4;
