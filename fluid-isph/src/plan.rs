@@ -106,7 +106,7 @@ fn figures<const D: usize>(
         viscosity: scene.kinematic_viscosity.unwrap_or(0.0),
     };
     let fastest = (2.0 * gravity * fall).sqrt().max(start);
-    vec![
+    let mut figures = vec![
         PlanFigure::new("spacing_m", spacing, adjusted),
         PlanFigure::new("water_particles", water, ""),
         PlanFigure::new(
@@ -116,15 +116,14 @@ fn figures<const D: usize>(
         ),
         PlanFigure::new("body_particles", body, "without ghost rows"),
         PlanFigure::new("memory_bytes", memory, "estimate"),
-        PlanFigure::new(
-            "dt_limit_s",
-            limits(fastest).longest(),
-            format!(
-                "at {fastest:.2} m/s, the speed of the highest fall; first step {:.2e} s",
-                limits(start).longest()
-            ),
-        ),
-    ]
+    ];
+    let (limit, first) = (limits(fastest).longest(), limits(start).longest());
+    // Nothing limits the step of water at rest without weight.
+    if limit.is_finite() {
+        let remark = format!("at {fastest:.2} m/s, the speed of the highest fall; first step {first:.2e} s");
+        figures.push(PlanFigure::new("dt_limit_s", limit, remark));
+    }
+    figures
 }
 
 fn left_out<const D: usize>(scene: &Scene<D>, shared: &Shared) -> Vec<LeftOut> {

@@ -7,6 +7,8 @@ use protocol::PROTOCOL_VERSION;
 use protocol::case::{CaseFile, CheckReport, Diagnostic, GaugeKind, LeftOut, Shared, Target};
 use protocol::failure::{Failure, FailureClass};
 
+use crate::stress::promise::Promise;
+
 /// The role a program plays in a run, and where it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
@@ -126,6 +128,8 @@ pub(crate) fn sibling(name: &str) -> PathBuf {
 
 /// What only the launcher can find wrong: the scene as a whole.
 fn check_launcher_part(case: &CaseFile, shared: &Shared, path: &Path) {
+    // What a case promises is asked for by `tidewall stress` alone, but is checked like all else.
+    let _ = Promise::read(case);
     if shared.fluid.is_none() && shared.solid.is_none() {
         case.section_or_default("case").complain(
             "name",

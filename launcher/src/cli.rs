@@ -9,7 +9,8 @@ use protocol::failure::{Failure, FailureClass};
 
 use crate::check::{CheckError, Checked};
 use crate::run::RunOptions;
-use crate::{check, conform, diagnostics, plan, report, run};
+use crate::stress::StressOptions;
+use crate::{check, conform, diagnostics, plan, report, run, stress};
 
 /// Fluid-structure interaction with free surfaces: water by stabilised incompressible SPH, structures by finite
 /// elements, each in a process of its own.
@@ -53,6 +54,10 @@ enum Command {
         /// File to write (.inp).
         file: PathBuf,
     },
+    /// Runs the stability suite: stiff, soft, fast, tiny and wrong scenes, each with a promise it must keep.
+    ///
+    /// Example: tidewall stress --short
+    Stress(StressArguments),
     /// Writes report.html again, or one page comparing several runs.
     ///
     /// Example: tidewall report runs/dam-break-elastic-plane-1 runs/dam-break-elastic-plane-2
@@ -91,6 +96,28 @@ struct RunArguments {
     threads: Option<usize>,
 }
 
+#[derive(Args)]
+struct StressArguments {
+    /// Cases by the names of their files; all of them without one.
+    names: Vec<String>,
+
+    /// Only the short half.
+    #[arg(long)]
+    short: bool,
+
+    /// Folder of the cases.
+    #[arg(long, value_name = "DIR", default_value = "cases/stress")]
+    cases: PathBuf,
+
+    /// Folder of the report and the runs. Default: runs/stress-<n>.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Threads each solver computes with. Default: all cores.
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+}
+
 impl CaseArguments {
     fn options(&self) -> Vec<String> {
         let until = self.until.map(|end| format!("time.end={end:?}"));
@@ -113,6 +140,7 @@ pub fn main() -> ExitCode {
             })
         }
         Command::Export { case, file } => export(&case, &file),
+        Command::Stress(arguments) => stress_command(arguments),
         Command::Report { runs } => report::command(&runs).map(|page| println!("{}", page.display())),
     };
     match result {
@@ -159,11 +187,26 @@ fn check_case(arguments: &CaseArguments) -> Result<Checked, Failure> {
     })
 }
 
+fn stress_command(arguments: StressArguments) -> Result<(), Failure> {
+    let StressArguments { names, short, cases, out, threads } = arguments;
+    stress::command(&StressOptions {
+        names,
+        short,
+        cases,
+        out,
+        threads: threads.unwrap_or_else(cores).max(1),
+    })
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 fn run_command(arguments: RunArguments) -> Result<(), Failure> {
     let checked = check_case(&arguments.case)?;
     print!("{}", plan::describe(&checked));
-    let all = std::thread::available_parallelism().map_or(1, usize::from);
-    let options = RunOptions { out: arguments.out, threads: arguments.threads.unwrap_or(all).max(1) };
+    let threads = arguments.threads.unwrap_or_else(cores).max(1);
+    let options = RunOptions { out: arguments.out, threads };
     let outcome = run::run(&checked, &options)?;
     println!("{}", outcome.summary());
     outcome.failure.map_or(Ok(()), Err)

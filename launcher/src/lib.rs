@@ -19,4 +19,5 @@ pub mod report;
 pub mod run;
 pub mod run_json;
 pub mod step;
+pub mod stress;
 pub mod time_step;

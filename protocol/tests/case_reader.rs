@@ -94,3 +94,43 @@ fn the_resolved_case_reads_back_as_the_same_scene() {
     assert_eq!(Shared::read(&again), shared);
     assert_eq!(again.diagnostics(), []);
 }
+
+/// A case on a base: keys override one by one, lists whole, files are found beside the base, mistakes are told with the
+/// file they stand in, and the base's references stay with it.
+#[test]
+fn a_case_can_stand_on_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let reference = "[[reference]]\ngauge = \"gone\"\n";
+    let good = GOOD.replace("[solid]", "[solid]\nmesh = \"body.inp\"");
+    write("base/good.toml", &format!("{good}{reference}"));
+    let path = write(
+        "on/case.toml",
+        "base = \"../base/good.toml\"\n[fluid]\nspacing = 0.02\n[[gauge]]\nname = \"front\"\nkind = \"front\"\n",
+    );
+    let case = CaseFile::load(&path, &["time.end=2.0".to_owned()]).unwrap();
+    let shared = Shared::read(&case);
+    assert_eq!(case.diagnostics(), []);
+    assert_eq!((shared.header.name.as_str(), shared.time.end, shared.time.max_dt), ("demo", 2.0, 1e-3));
+    assert_eq!(case.section("fluid").unwrap().number("spacing").required(), 0.02);
+    assert_eq!(shared.gauges.iter().map(|gauge| gauge.name.as_str()).collect::<Vec<_>>(), ["front"]);
+    assert_eq!(shared.solid.unwrap().mesh.as_deref(), Some("../base/body.inp"));
+
+    write("base/bad.toml", &GOOD.replace("end = 1.0", "end = -1.0"));
+    let on = |base: &str| {
+        let path = write("on/bad.toml", &format!("base = {base}\n"));
+        let case = CaseFile::load(&path, &[]).unwrap();
+        Shared::read(&case);
+        case.diagnostics().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let found = on("\"../base/bad.toml\"");
+    assert!(found.len() == 1 && found[0].starts_with("../base/bad.toml, line 21: time.end"), "{found:?}");
+    assert!(on("\"../base/none.toml\"").iter().any(|found| found.contains("cannot read")));
+    assert!(on("3").iter().any(|found| found.contains("3 is not allowed")));
+    assert!(on("\"case.toml\"").iter().any(|found| found.contains("has a base too")));
+}

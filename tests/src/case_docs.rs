@@ -3,6 +3,7 @@
 //! Keys are documented where they are read, so cases are needed in which each one is asked for; `ELASTIC` and `RIGID` together
 //! ask for all. What differs between 2-D and 3-D is shown for both.
 
+use launcher::stress::promise::Promise;
 use protocol::case::{CaseFile, CheckReport, KeyDoc, SECTIONS};
 
 const HEAD: &str = "\
@@ -17,6 +18,10 @@ In 2-D (plane strain) forces, masses and energies are per metre of depth. `y` po
 
 Default `required` means that the key must be there, `absent` that without it the thing it describes is left out.
 The resolved case, every default filled in, is `case.lock.toml` in the run folder.
+
+A case may stand on another one: `base = \"FILE\"` in its first line, relative to the case. Its own keys then override those
+of the base one by one, its lists (`[[...]]`) replace the base's whole; `[[reference]]` and `[stress]` are never taken from a
+base.
 
 This page is generated from the programs (`TIDEWALL_WRITE_DOCS=1 cargo test -p tidewall-tests --test house`); a test
 compares it with them.
@@ -147,7 +152,10 @@ fn keys(dimension: usize) -> Vec<KeyDoc> {
     let elastic = filled(ELASTIC, dimension);
     let reports = CHECKS.iter().map(|check| check(&CaseFile::parse("elastic.toml", &elastic, &[])));
     let rigid = solid_fem::rigid::check(&CaseFile::parse("rigid.toml", &filled(RIGID, dimension), &[]));
-    for key in reports.chain([rigid]).flat_map(|report| report.keys) {
+    let promising = CaseFile::parse("stress.toml", "[stress]", &[]);
+    let _ = Promise::read(&promising);
+    let promise = CheckReport::new("tidewall", &promising, Vec::new(), Vec::new());
+    for key in reports.chain([rigid, promise]).flat_map(|report| report.keys) {
         match keys.iter_mut().find(|known| known.path == key.path) {
             // As in a report: the strictest asking documents a key.
             Some(known) if key.default == "required" && known.default != "required" => *known = key,

@@ -11,6 +11,9 @@ use protocol::failure::{Failure, FailureClass};
 
 use crate::folder;
 
+pub(crate) use page::page;
+pub(crate) use svg::escape;
+
 /// Writes `report.html` of a run; gives its path.
 ///
 /// # Errors

@@ -23,7 +23,8 @@ svg{width:100%;height:auto;font:11px system-ui,sans-serif;fill:#1d2733}svg .titl
 .grid{stroke:#e3e7ec;stroke-width:1;fill:none}.pictures{display:grid;grid-template-columns:1fr 1fr;gap:1em}figure{margin:0}img{max-width:100%;border:1px solid #e3e7ec}\
 figcaption{font-size:13px;color:#55606c}";
 
-fn page(title: &str, body: &str) -> String {
+/// A page around a body, with the style all pages share.
+pub(crate) fn page(title: &str, body: &str) -> String {
     format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <title>{0}</title><style>{STYLE}</style></head><body>{body}</body></html>\n",

@@ -15,6 +15,13 @@ pub enum Place {
         /// Line, from 1.
         line: usize,
     },
+    /// In the case this one is based on.
+    Base {
+        /// As the case names it.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+    },
     /// In a `--set` option, given whole.
     Option(String),
     /// In the scene as a whole.
@@ -40,6 +47,7 @@ impl std::fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match &self.place {
             Place::File { line, .. } => write!(f, "line {line}: ")?,
+            Place::Base { file, line } => write!(f, "{file}, line {line}: ")?,
             Place::Option(text) => write!(f, "--set {text}: ")?,
             Place::Scene => {}
         }

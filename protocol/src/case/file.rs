@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
+use super::base;
 use super::diagnostic::{Diagnostic, Place};
 use super::key::KeyDoc;
 use super::section::Section;
@@ -40,21 +41,31 @@ impl CaseFile {
     /// The file cannot be read. Mistakes in it are no error here: see [`CaseFile::diagnostics`].
     pub fn load(path: &Path, options: &[String]) -> std::io::Result<Self> {
         let text = std::fs::read_to_string(path)?;
-        let mut case = Self::parse(path, &text, options);
-        case.path = path.to_owned();
-        Ok(case)
+        let (mut table, mut diagnostics) = tree::parse_file(&text);
+        if let Some(named) = table.0.remove("base") {
+            diagnostics.extend(base::lay_under(&mut table, &named, path));
+        }
+        Ok(Self::assemble(path, text, (table, diagnostics), options))
     }
 
-    /// Takes the text of a case file; `path` only names it.
+    /// Takes the text of a case file without a base; `path` only names it.
     pub fn parse(path: impl AsRef<Path>, text: &str, options: &[String]) -> Self {
-        let (mut table, mut diagnostics) = tree::parse_file(text);
+        Self::assemble(path.as_ref(), text.to_owned(), tree::parse_file(text), options)
+    }
+
+    fn assemble(
+        path: &Path,
+        text: String,
+        (mut table, mut diagnostics): (Table, Vec<Diagnostic>),
+        options: &[String],
+    ) -> Self {
         for option in options {
             if let Err(diagnostic) = tree::overlay(&mut table, option) {
                 diagnostics.push(diagnostic);
             }
         }
         let gathered = RefCell::new(Gathered { diagnostics, ..Gathered::default() });
-        Self { path: path.as_ref().to_owned(), text: text.to_owned(), table, gathered }
+        Self { path: path.to_owned(), text, table, gathered }
     }
 
     /// The file's path.

@@ -15,6 +15,7 @@
 //! assert!(case.diagnostics().is_empty());
 //! ```
 
+mod base;
 mod check;
 mod diagnostic;
 mod domain;

@@ -92,7 +92,7 @@ pub struct Shared {
 }
 
 /// Every section a case may have.
-pub const SECTIONS: [&str; 11] = [
+pub const SECTIONS: [&str; 12] = [
     "case",
     "domain",
     "obstacle",
@@ -104,6 +104,7 @@ pub const SECTIONS: [&str; 11] = [
     "output",
     "gauge",
     "reference",
+    "stress",
 ];
 
 impl Shared {

@@ -47,8 +47,13 @@ impl Value {
 
 /// Parses a file into a table and the syntax errors found on the way.
 pub(crate) fn parse_file(text: &str) -> (Table, Vec<Diagnostic>) {
+    parse(text, &|place| place)
+}
+
+/// The same, with every place told in another way.
+pub(crate) fn parse(text: &str, told: &dyn Fn(Place) -> Place) -> (Table, Vec<Diagnostic>) {
     let (table, errors) = DeTable::parse_recoverable(text);
-    let place = |span: std::ops::Range<usize>| file_place(text, span);
+    let place = |span: std::ops::Range<usize>| told(file_place(text, span));
     let diagnostics = errors.iter().map(|error| Diagnostic {
         place: place(error.span().unwrap_or(0..0)),
         key: "syntax".to_owned(),
