@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::cells::{Grid, Place};
 use crate::kernel::Kernel;
+use crate::kernel_shape::{Shape, with_shape};
 use crate::lanes::{LANES, Lanes, Task, dispatch};
 use crate::parallel::CHUNK;
 use crate::particles::Water;
@@ -135,13 +136,16 @@ struct ChunkTask<'a, const D: usize> {
 impl<const D: usize> Task for ChunkTask<'_, D> {
     #[inline(always)]
     fn run<L: Lanes>(mut self, lanes: L) {
-        assemble_chunk(lanes, self.around, self.water, (self.first_row, self.rows), &mut self.out);
+        let rows = (self.first_row, self.rows);
+        with_shape!(self.around.kernel.shape, shape => {
+            assemble_chunk((lanes, shape), self.around, self.water, rows, &mut self.out);
+        });
     }
 }
 
 #[inline(always)]
-fn assemble_chunk<L: Lanes, const D: usize>(
-    lanes: L,
+fn assemble_chunk<L: Lanes, S: Shape, const D: usize>(
+    (lanes, shape): (L, S),
     around: Surroundings<'_, D>,
     water: &Water<D>,
     (first_row, rows): (usize, &mut RowChunk),
@@ -171,12 +175,12 @@ fn assemble_chunk<L: Lanes, const D: usize>(
         }
         let share = (aggregate as usize - rows.first_aggregate) * stencil;
         let share = share..share + stencil;
-        let own = add_water_row(lanes, (kernel, water), first_row + k, rows, share.clone());
+        let own = add_water_row((lanes, shape), (kernel, water), first_row + k, rows, share.clone());
         let place = water.cells.place(first_row + k);
         let mut wall = WallSums::default();
         for (number, set) in sets.into_iter().enumerate() {
             if let Some(set) = set {
-                add_wall_set(lanes, around, (number, set), &place, rows, &mut wall);
+                add_wall_set((lanes, shape), around, (number, set), &place, rows, &mut wall);
             }
         }
         rows.wall_end.push(rows.wall_value.len() as u32);
@@ -208,8 +212,8 @@ struct RowSums {
 /// Finds the water neighbours, writes their row with a zero at the particle's own place, and adds the row to `share` of
 /// the matrix of the cells.
 #[inline(always)]
-fn add_water_row<L: Lanes, const D: usize>(
-    lanes: L,
+fn add_water_row<L: Lanes, S: Shape, const D: usize>(
+    (lanes, shape): (L, S),
     (kernel, water): (&Kernel<D>, &Water<D>),
     particle: usize,
     rows: &mut RowChunk,
@@ -218,7 +222,7 @@ fn add_water_row<L: Lanes, const D: usize>(
     rows.near.find(lanes, &water.cells.place(particle));
     let count = rows.near.len();
     let begin = rows.value.len();
-    let density = rows.near.weigh(-kernel.coupling_factor());
+    let density = rows.near.weigh(shape, -kernel.coupling_factor());
     // The particle itself is in the middle cell of its stencil, behind the neighbours with smaller numbers.
     let middle = 3usize.pow(D as u32) / 2;
     let (first, last) = (rows.near.end_of(middle - 1), rows.near.end_of(middle));
@@ -261,8 +265,8 @@ fn run_up(values: &[f32], running: &mut Vec<f64>) -> f64 {
 
 /// Finds the particles of one set of walls, writes their row and adds up what they contribute.
 #[inline(always)]
-fn add_wall_set<L: Lanes, const D: usize>(
-    lanes: L,
+fn add_wall_set<L: Lanes, S: Shape, const D: usize>(
+    (lanes, shape): (L, S),
     around: Surroundings<'_, D>,
     (number, set): (usize, WallSet<'_, D>),
     place: &Place<D>,
@@ -275,7 +279,7 @@ fn add_wall_set<L: Lanes, const D: usize>(
     if near.is_empty() {
         return;
     }
-    near.weigh(kernel.coupling_factor());
+    near.weigh(shape, kernel.coupling_factor());
     let (moving, body) = (walls.obstacles().start, walls.body());
     for k in 0..near.len() {
         let wall = set.column(near.index[k]) as usize;

@@ -8,7 +8,6 @@ use std::collections::HashMap;
 use protocol::interface::BodyMesh;
 
 use crate::error::SetupError;
-use crate::kernel::SMOOTHING_RATIO;
 use crate::lattice::WALL_LAYERS;
 use crate::scene::Tank;
 use crate::vector::{Vector, norm, sub};
@@ -35,6 +34,8 @@ pub struct LayoutRules<'a, const D: usize> {
     pub spacing: f64,
     /// Spacing asked for, m: a body of two of these is thick enough.
     pub asked_spacing: f64,
+    /// The kernel's reach, m.
+    pub support_radius: f64,
     /// Wet sides across the wall, where the scene knows them.
     pub wet: Option<[bool; 2]>,
     /// g, m/s2: the tank's floor and ceiling get no ghost rows.
@@ -218,7 +219,7 @@ impl<const D: usize> Patch<'_, D> {
         let layers = (thickness / rules.spacing).round();
         let pitch = if layers >= 1.0 { thickness / layers } else { rules.spacing };
         let one_sided = wet[0] != wet[1];
-        let support_layers = (2.0 * SMOOTHING_RATIO * rules.spacing / pitch).ceil();
+        let support_layers = (rules.support_radius / pitch).ceil();
         let count = if one_sided { layers.max(support_layers) } else { layers.max(1.0) };
         let step = 2.0 * pitch / thickness;
         Ok((0..count as usize)

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::kernel::shape;
+use crate::kernel_shape::{CubicSpline, Shape};
 use crate::parallel::{CHUNK, MEDIUM};
 use crate::particles::Water;
 use crate::pressure::matrix::{PressureMatrix, RowChunk};
@@ -22,6 +22,9 @@ const GUARD_STOP: f64 = 0.11;
 
 /// Guard sum above which the position is pushed out.
 const GUARD_PUSH: f64 = 0.17;
+
+/// Guard sum above which a particle is inside the wall: a quarter of a spacing behind its plane. Full lattices have 0.7.
+const GUARD_INSIDE: f64 = 0.6;
 
 /// How far it is pushed, in spacings.
 const PUSH: f64 = 0.1;
@@ -52,6 +55,13 @@ pub struct GuardHit<const D: usize> {
     pub push: Vector<D>,
     /// Sum of the guard's weights around it.
     weights: f64,
+}
+
+impl<const D: usize> GuardHit<D> {
+    /// Whether the particle stands inside the wall.
+    pub fn is_inside(&self) -> bool {
+        self.weights > GUARD_INSIDE
+    }
 }
 
 /// Hits of each chunk; memory is kept.
@@ -167,7 +177,7 @@ fn stop_at_wall<const D: usize>(
 
 /// W(r; 0.6 spacings)/W(0) at r in spacings.
 fn guard_weight(r: f64) -> f64 {
-    f64::from(shape((r / GUARD_LENGTH) as f32).0)
+    f64::from(CubicSpline.evaluate((r / GUARD_LENGTH) as f32).0)
 }
 
 impl<const D: usize> Guard<D> {

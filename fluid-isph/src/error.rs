@@ -57,7 +57,7 @@ impl SetupError {
                 format!("try spacing = {:.6} or a length of {:.6}", length / count, count * spacing)
             }
             Self::SpacingTooLarge { length, .. } => format!("use a spacing of {:.4} m or less", length / 4.0),
-            Self::NoWater => "enlarge [[fluid.water]] or refine the spacing".to_owned(),
+            Self::NoWater => "enlarge [[fluid.region]], refine the spacing, or carve less".to_owned(),
             Self::BodyTooThin { thickness, .. } => {
                 format!("use a spacing of {:.6} m or less", thickness / 2.0)
             }

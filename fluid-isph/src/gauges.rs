@@ -5,9 +5,8 @@
 
 use std::ops::Range;
 
-use crate::cells::Neighbours;
 use crate::fluid::Fluid;
-use crate::kernel::shape;
+use crate::neighbours::Neighbours;
 use crate::scene::Face;
 use crate::vector::{Vector, sub};
 use crate::wall_pressure::WallSearch;
@@ -85,7 +84,8 @@ impl<const D: usize> Fluid<D> {
         let support2 = self.kernel.support_radius * self.kernel.support_radius;
         let reach = (support2, self.kernel.inverse_square());
         near.find_around((&self.grid, &self.water.cells), (cell, x), reach);
-        let sum: f64 = near.q2[..near.len()].iter().map(|q2| f64::from(shape(q2.sqrt()).0)).sum();
+        let weight = |q2: &f32| f64::from(self.kernel.shape.evaluate(q2.sqrt()).0);
+        let sum: f64 = near.q2[..near.len()].iter().map(weight).sum();
         sum * self.kernel.value_factor() / self.kernel.lattice_density
     }
 

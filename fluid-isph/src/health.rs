@@ -26,6 +26,8 @@ pub struct Health {
     pub clamped_share: f64,
     /// Particles stopped by the wall guard, in all steps.
     pub guard_hits: u64,
+    /// Most particles at once that stood inside a wall, of tank, obstacles or body, more than a quarter of a spacing deep.
+    pub most_inside_walls: u64,
     /// Iterations of the pressure solve, mean over the sub-steps.
     pub mean_pressure_iterations: f64,
     /// Sub-steps taken.
@@ -53,6 +55,7 @@ impl Health {
             ("outflow_particles", self.outflow_particles as f64),
             ("clamped_pressure_share", self.clamped_share),
             ("guard_hits", self.guard_hits as f64),
+            ("most_particles_inside_walls", self.most_inside_walls as f64),
             ("mean_pressure_iterations", self.mean_pressure_iterations),
             ("fluid_substeps", self.substeps as f64),
             ("shortened_steps", self.shortened_steps as f64),

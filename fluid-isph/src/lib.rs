@@ -3,7 +3,7 @@
 //! One step is read in `step.rs`; what it works on is [`Fluid`]. A [`Scene`] is the case as resolved, `case.rs` reads
 //! it from the file, `participant.rs` makes it a process of a coupled run.
 //!
-//! - [`kernel`], [`cells`], [`lanes`], [`lattice`]: kernel, neighbour search, its vectors, initial particles.
+//! - [`kernel`], [`kernel_shape`], [`cells`], [`neighbours`], [`lanes`], [`lattice`]: kernel, neighbour search, its vectors, initial particles.
 //! - [`flow`], [`obstacle`], [`surface`], [`periodic`]: what a scene may add.
 //! - [`particles`], [`walls`], [`body`]: columns of water, wall and structure.
 //! - [`viscosity`], [`turbulence`], [`assembly`], [`source`], [`pressure`], [`wall_pressure`], [`correction`], [`shifting`],
@@ -25,9 +25,11 @@ pub mod fluid;
 pub mod gauges;
 pub mod health;
 pub mod kernel;
+pub mod kernel_shape;
 pub mod lanes;
 pub mod lattice;
 pub mod markers;
+pub mod neighbours;
 pub mod obstacle;
 pub mod output;
 mod parallel;
@@ -39,8 +41,10 @@ mod phases_explicit;
 mod phases_scene;
 mod plan;
 pub mod pressure;
+mod retire;
 mod rows;
 pub mod scene;
+mod setup;
 pub mod shifting;
 pub mod snapshot;
 pub mod source;

@@ -3,8 +3,9 @@
 use protocol::interface::Facets;
 use rayon::prelude::*;
 
-use crate::cells::{Grid, Neighbours};
-use crate::kernel::{Kernel, shape};
+use crate::cells::Grid;
+use crate::kernel::Kernel;
+use crate::neighbours::Neighbours;
 use crate::particles::Water;
 use crate::vector::{Vector, add_scaled, dot, normalised, sub};
 
@@ -64,7 +65,7 @@ impl<const D: usize> PressureField<'_, D> {
             if dot(&d, normal) < -behind {
                 continue;
             }
-            let w = f64::from(shape(near.q2[k].sqrt()).0) * self.kernel.value_factor();
+            let w = f64::from(self.kernel.shape.evaluate(near.q2[k].sqrt()).0) * self.kernel.value_factor();
             weights += w;
             sum += w * (f64::from(self.water.pressure[j]) - self.reference_density * dot(body_force, &d));
         }
@@ -102,7 +103,7 @@ impl<const D: usize> Markers<D> {
         gravity: &Vector<D>,
     ) {
         self.find_normals(position);
-        let behind = BEHIND * field.kernel.smoothing_length / crate::kernel::SMOOTHING_RATIO;
+        let behind = BEHIND * field.kernel.spacing;
         let rows = self.pressure.par_chunks_mut(PER_TASK).zip(self.near.par_iter_mut());
         let given = self.node.par_chunks(PER_TASK).zip(self.normal.par_chunks(PER_TASK));
         rows.zip(given).for_each(|((pressure, near), (node, normal))| {

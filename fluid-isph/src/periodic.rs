@@ -5,9 +5,10 @@
 //! the owner; the terms linear in the distance are put right afterwards by the constant shift between the two. The
 //! preconditioner does without the images' entries.
 
-use crate::cells::{CellList, Grid, Neighbours};
-use crate::kernel::{Kernel, shape};
+use crate::cells::{CellList, Grid};
+use crate::kernel::Kernel;
 use crate::markers::PressureField;
+use crate::neighbours::Neighbours;
 use crate::parallel::CHUNK;
 use crate::particles::Water;
 use crate::pressure::matrix::{PressureMatrix, RowChunk};
@@ -118,7 +119,7 @@ impl<const D: usize> Periodic<D> {
             let near = &mut self.near[0];
             near.find_around((grid, &self.images), (cell, x), support);
             for k in 0..near.len() {
-                let (w, f) = shape(near.q2[k].sqrt());
+                let (w, f) = kernel.shape.evaluate(near.q2[k].sqrt());
                 let image = self.images.order()[near.index[k] as usize];
                 self.pairs.push(Pair {
                     row: row as u32,
@@ -215,7 +216,7 @@ impl<const D: usize> Periodic<D> {
                     let is_image = std::ptr::eq(set, &self.images);
                     let particle =
                         if is_image { self.made[set.order()[sorted] as usize].0 as usize } else { sorted };
-                    let w = f64::from(shape(near.q2[k].sqrt()).0);
+                    let w = f64::from(field.kernel.shape.evaluate(near.q2[k].sqrt()).0);
                     let side = walls.side(wall, &d);
                     weights[side] += w;
                     let p = f64::from(field.water.pressure[particle]);

@@ -1,5 +1,7 @@
 //! The phases `step.rs` lists, each on the state of [`Fluid`].
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::assembly::{RobinTerms, Surroundings, assemble_pressure_matrix};
@@ -246,6 +248,9 @@ impl<const D: usize> Fluid<D> {
 
     /// Load of this sub-step on the body's particles and markers, the Robin wall's give-way, the work done.
     pub(crate) fn find_load(&mut self, dt: f64) {
+        let Some(body) = &mut self.body else { return };
+        let mut load = std::mem::take(&mut body.load);
+        self.find_reaction(self.walls.body(), dt, &mut load);
         let g = self.scene.gravity.at(self.time + dt);
         let field = PressureField {
             grid: &self.grid,
@@ -254,24 +259,29 @@ impl<const D: usize> Fluid<D> {
             reference_density: self.scene.reference_density,
         };
         let Some(body) = &mut self.body else { return };
-        let walls = (&self.walls, self.scene.wall_pressure);
-        self.wall_search.forces(field, walls, self.walls.body(), &g, &mut body.load);
-        let mass = self.scene.reference_density * self.kernel.volume;
-        let water = (&self.water, self.spacing);
-        let columns = self.walls.body();
-        self.guard.add_to_load(
-            (&self.walls, &self.matrix.chunks),
-            columns,
-            water,
-            (mass, dt),
-            &mut body.load,
-        );
+        body.load = load;
         if let Some(markers) = &mut self.markers {
             markers.evaluate(field, (&body.node_position, &body.node_acceleration), &g);
         }
         body.give_way(&self.walls, dt, self.scene.reference_density);
-        let velocity = &self.walls.velocity[self.walls.body()];
-        let power: f64 = body.load.iter().zip(velocity).map(|(force, v)| dot(force, v)).sum();
+    }
+
+    /// Force of the water on the wall particles `columns`, `[len, D]` N, the guard's impulses included; books the work it
+    /// does on the water.
+    pub(crate) fn find_reaction(&mut self, columns: Range<usize>, dt: f64, load: &mut [Vector<D>]) {
+        let g = self.scene.gravity.at(self.time + dt);
+        let field = PressureField {
+            grid: &self.grid,
+            kernel: &self.kernel,
+            water: &self.water,
+            reference_density: self.scene.reference_density,
+        };
+        let walls = (&self.walls, self.scene.wall_pressure);
+        self.wall_search.forces(field, walls, columns.clone(), &g, load);
+        let mass = self.scene.reference_density * self.kernel.volume;
+        let (rows, water) = ((&self.walls, &self.matrix.chunks[..]), (&self.water, self.spacing));
+        self.guard.add_to_load(rows, columns.clone(), water, (mass, dt), load);
+        let power: f64 = load.iter().zip(&self.walls.velocity[columns]).map(|(force, v)| dot(force, v)).sum();
         self.energy.work -= power * dt;
     }
 
@@ -283,10 +293,13 @@ impl<const D: usize> Fluid<D> {
                 add_scaled(x, dt, v);
             }
         });
+        let mut inside = 0;
         for hit in self.guard.hits() {
             add_scaled(&mut self.water.position[hit.particle as usize], 1.0, &hit.push);
             self.health.guard_hits += 1;
+            inside += u64::from(hit.is_inside());
         }
+        self.health.most_inside_walls = self.health.most_inside_walls.max(inside);
         if let Some(periodic) = &self.periodic {
             periodic.wrap(&mut self.water.position);
         }
@@ -335,59 +348,4 @@ impl<const D: usize> Fluid<D> {
         });
         self.partial.iter().fold((0.0, 0.0), |sum, part| (sum.0 + part[0], sum.1 + part[1]))
     }
-
-    fn retire_lost(&mut self) {
-        let (scene, grid, margin) = (&self.scene, &self.grid, 1.5 * self.spacing);
-        let (tank, wall) = (&scene.tank, crate::lattice::WALL_LAYERS as f64 * self.spacing);
-        let fate = |x: &Vector<D>, v: &Vector<D>| {
-            if x.iter().chain(v).any(|value| !value.is_finite()) {
-                return Fate::Broken;
-            }
-            let past = |k: usize, margin: f64| [tank.min[k] - x[k] > margin, x[k] - tank.max[k] > margin];
-            let beyond_wall =
-                |margin: f64| (0..D).any(|k| (0..2).any(|side| !tank.open[k][side] && past(k, margin)[side]));
-            let over_rim = (0..D).any(|k| (0..2).any(|side| tank.open[k][side] && past(k, 0.0)[side]));
-            let through = beyond_wall(margin);
-            // Through a hole the water must pass the whole wall before it is gone.
-            let in_hole = through && scene.openings.iter().any(|opening| opening.holds(x, tank));
-            let gone = if in_hole { beyond_wall(wall) } else { through };
-            match (over_rim || in_hole, gone || grid.inner_cell(x).is_none()) {
-                (_, false) => Fate::Stays,
-                (true, true) => Fate::Outflow,
-                (false, true) => Fate::Escaped,
-            }
-        };
-        let water = &self.water;
-        if (0..water.len())
-            .into_par_iter()
-            .with_min_len(4096)
-            .all(|i| matches!(fate(&water.position[i], &water.velocity[i]), Fate::Stays))
-        {
-            return;
-        }
-        let (g, mass) = (self.scene.gravity.at(self.time), self.scene.reference_density * self.kernel.volume);
-        let (health, energy) = (&mut self.health, &mut self.energy);
-        self.water.retire(|x, v| {
-            match fate(x, v) {
-                Fate::Stays => return false,
-                Fate::Broken => health.broken_particles += 1,
-                Fate::Outflow => health.outflow_particles += 1,
-                Fate::Escaped => health.escaped_particles += 1,
-            }
-            let energy_taken = mass * (0.5 * dot(v, v) - dot(&g, x));
-            if energy_taken.is_finite() {
-                energy.work -= energy_taken;
-            }
-            true
-        });
-        self.water.sort(&self.grid);
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Fate {
-    Stays,
-    Broken,
-    Outflow,
-    Escaped,
 }

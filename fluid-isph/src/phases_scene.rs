@@ -1,8 +1,6 @@
 //! The phases of what only some scenes have: images, moving obstacles, particle shifting.
 
 use crate::fluid::Fluid;
-use crate::markers::PressureField;
-use crate::vector::dot;
 
 impl<const D: usize> Fluid<D> {
     pub(crate) fn find_images(&mut self) {
@@ -21,28 +19,12 @@ impl<const D: usize> Fluid<D> {
 
     /// Force of the water on moving obstacles and the work they do on it.
     pub(crate) fn find_obstacle_load(&mut self, dt: f64) {
-        let g = self.scene.gravity.at(self.time + dt);
-        let field = PressureField {
-            grid: &self.grid,
-            kernel: &self.kernel,
-            water: &self.water,
-            reference_density: self.scene.reference_density,
-        };
         let Some(obstacles) = &mut self.obstacles else { return };
-        let walls = (&self.walls, self.scene.wall_pressure);
-        self.wall_search.forces(field, walls, self.walls.obstacles(), &g, &mut obstacles.load);
-        let mass = self.scene.reference_density * self.kernel.volume;
-        let (first, water) = (self.walls.obstacles(), (&self.water, self.spacing));
-        self.guard.add_to_load(
-            (&self.walls, &self.matrix.chunks),
-            first,
-            water,
-            (mass, dt),
-            &mut obstacles.load,
-        );
-        let velocity = &self.walls.velocity[self.walls.obstacles()];
-        let power: f64 = obstacles.load.iter().zip(velocity).map(|(force, v)| dot(force, v)).sum();
-        self.energy.work -= power * dt;
+        let mut load = std::mem::take(&mut obstacles.load);
+        self.find_reaction(self.walls.obstacles(), dt, &mut load);
+        if let Some(obstacles) = &mut self.obstacles {
+            obstacles.load = load;
+        }
     }
 
     /// Finds what the particle shifting needs at the places the rows belong to.

@@ -35,9 +35,11 @@ fn refuse_lattice<const D: usize>(case: &CaseFile, scene: &Scene<D>, error: Setu
     let Some(section) = case.section("fluid") else { return };
     let allowed = match &error {
         SetupError::SpacingTooLarge { length, .. } => format!("number <= {} in m", length / 4.0),
+        SetupError::NoWater => "at least one particle of water".to_owned(),
         _ => format!("a spacing near {} that divides water and tank", scene.particle_spacing),
     };
-    section.complain("spacing", error.to_string(), &allowed, &hint);
+    let key = if error == SetupError::NoWater { "region" } else { "spacing" };
+    section.complain(key, error.to_string(), &allowed, &hint);
 }
 
 fn check_gauges<const D: usize>(case: &CaseFile, shared: &Shared, scene: &Scene<D>) {
@@ -85,9 +87,10 @@ fn figures<const D: usize>(
     });
     let obstacles: usize = scene.obstacles.iter().map(|one| one.outline.fill(spacing).len()).sum();
     let (water, wall) = (lattice.water.len() as f64, (lattice.wall.len() + obstacles) as f64);
-    // Rows of 8 bytes an entry, columns, search lists; 56 neighbours in 3-D, 20 in 2-D; the cells of the search grid.
-    let per_water = if D == 3 { 8.0 * 75.0 + 260.0 } else { 8.0 * 28.0 + 220.0 };
-    let support = Kernel::<D>::new(spacing).support_radius;
+    // Rows of 8 bytes an entry with room to grow, columns, search lists; the cells of the search grid.
+    let kernel = Kernel::<D>::new(scene.kernel, spacing);
+    let per_water = 8.0 * 1.35 * kernel.lattice_neighbours() as f64 + if D == 3 { 260.0 } else { 220.0 };
+    let support = kernel.support_radius;
     let cells: f64 = (0..D).map(|k| 1.5 * (scene.tank.max[k] - scene.tank.min[k]) / support + 6.0).product();
     let memory = water * per_water + (wall + body) * 180.0 + cells * 60.0;
     let adjusted = format!(

@@ -3,6 +3,7 @@
 use protocol::case::{Prescribed, interpolate};
 
 use crate::flow::Flow;
+use crate::kernel_shape::KernelShape;
 use crate::obstacle::Obstacle;
 use crate::vector::Vector;
 use crate::weakly_compressible::Explicit;
@@ -152,6 +153,8 @@ pub struct Scene<const D: usize> {
     pub friction: WallFriction,
     /// Spacing asked for, m; adjusted by at most 2 %.
     pub particle_spacing: f64,
+    /// Shape of the smoothing kernel.
+    pub kernel: KernelShape,
     /// Source of the pressure equation.
     pub source: Source,
     /// Water at the start.
@@ -207,6 +210,7 @@ impl<const D: usize> Scene<D> {
             smagorinsky: None,
             friction: WallFriction::Slip,
             particle_spacing,
+            kernel: KernelShape::CubicSpline,
             source: Source::Time(0.005),
             water,
             courant: 0.3,

@@ -9,7 +9,7 @@ use crate::surface::Surface;
 use crate::vector::{Vector, add_scaled, sub};
 
 /// Names of the axes in messages.
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Takes over periodic directions, planes of symmetry, holes and the motion of the tank.
 pub(super) fn read_domain<const D: usize>(case: &CaseFile, shared: &Shared, scene: &mut Scene<D>) {

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::cells::Neighbours;
+use crate::neighbours::Neighbours;
 use crate::parallel::{CHUNK, MEDIUM, chunk_count, dot_product};
 use crate::walls::WALL_SETS;
 
