@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use protocol::interface::BodyMesh;
 
 use crate::error::SetupError;
-use crate::lattice::WALL_LAYERS;
+use crate::lattice::SHELL_LAYERS;
 use crate::scene::Tank;
 use crate::vector::{Vector, norm, sub};
 
@@ -281,7 +281,7 @@ impl<const D: usize> Patch<'_, D> {
         }
         for (cell, end) in [(first, -1.0), (last, 1.0)] {
             let Some((k, sign)) = self.side_wall_at((direction, cell, end), rules) else { continue };
-            for row in 0..WALL_LAYERS {
+            for row in 0..SHELL_LAYERS {
                 let mut offset = [0.0; D];
                 offset[k] = sign * (row as f64 + 0.5) * pitch;
                 places.push(Place { cell, local: end, pitch, offset });

@@ -23,6 +23,11 @@ impl KernelShape {
         }
     }
 
+    /// Layers of wall particles behind a face that water in front of it can see, the first half a spacing behind.
+    pub fn wall_layers(self) -> usize {
+        (2.0 * self.smoothing_ratio() - 0.5).ceil() as usize
+    }
+
     /// h^D over the integral of w, -.
     pub fn normalisation(self, dimension: usize) -> f64 {
         match (self, dimension) {

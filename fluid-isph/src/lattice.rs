@@ -1,12 +1,12 @@
 //! The initial lattice: a spacing that fits water and tank, water particles half a spacing from every wall plane,
-//! three layers of wall particles behind it.
+//! as many layers of wall particles behind it as the kernel reaches.
 
 use crate::error::SetupError;
 use crate::scene::Scene;
 use crate::vector::{Vector, add_scaled};
 
-/// Layers of wall particles: as deep as the kernel's support of 2.4 spacings.
-pub const WALL_LAYERS: usize = 3;
+/// Layers of a shell whose pitch is not the lattice's: deep enough for any kernel.
+pub const SHELL_LAYERS: usize = 3;
 
 /// Largest change of the spacing asked for.
 pub const SPACING_ADJUSTMENT: f64 = 0.02;
@@ -73,8 +73,8 @@ impl<const D: usize> Lattice<D> {
 
     /// Layers behind every face that is not open; those of other faces run on past periodic ends.
     fn build_walls(&mut self, scene: &Scene<D>) {
-        let tank = &scene.tank;
-        let layers = |k: usize, upper: usize| if tank.open[k][upper] { 0 } else { WALL_LAYERS };
+        let (tank, deep) = (&scene.tank, scene.kernel.wall_layers());
+        let layers = |k: usize, upper: usize| if tank.open[k][upper] { 0 } else { deep };
         let axes: [Vec<f64>; D] = std::array::from_fn(|k| {
             let below = (0..layers(k, 0)).rev().map(|n| tank.min[k] - (n as f64 + 0.5) * self.spacing);
             let inside = layer_centres(tank.min[k], tank.max[k], self.spacing).into_iter();
@@ -209,7 +209,7 @@ mod tests {
         scene.tank.open[1][1] = false;
         scene.tank.max[1] = 0.292;
         let lattice = Lattice::new(&scene).unwrap();
-        assert_eq!(lattice.wall.len(), (40 + 6) * (20 + 6) - 40 * 20);
+        assert_eq!(lattice.wall.len(), (40 + 4) * (20 + 4) - 40 * 20);
         assert!(
             lattice.wall.iter().all(|x| { x[0] < -0.007 || x[0] > 0.591 || x[1] < -0.007 || x[1] > 0.299 })
         );

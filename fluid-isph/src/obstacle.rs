@@ -5,13 +5,13 @@
 
 use protocol::case::Prescribed;
 
-use crate::lattice::WALL_LAYERS;
+use crate::lattice::SHELL_LAYERS;
 use crate::surface::Surface;
 use crate::vector::{Vector, add_scaled, norm, sub};
 use crate::walls::Walls;
 
 /// Thinner than this many spacings, water on one side comes within reach of the other: the two are told apart.
-const THIN: f64 = 2.0 * WALL_LAYERS as f64;
+const THIN: f64 = 2.0 * SHELL_LAYERS as f64;
 
 /// What an obstacle fills.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +115,7 @@ fn fill_box<const D: usize>((min, max): (&Vector<D>, &Vector<D>), spacing: f64) 
             rest /= count[k];
             digit
         });
-        let near_face = |k: usize| at[k] < WALL_LAYERS || at[k] + WALL_LAYERS >= count[k];
+        let near_face = |k: usize| at[k] < SHELL_LAYERS || at[k] + SHELL_LAYERS >= count[k];
         if (0..D).any(near_face) {
             particles.push(ObstacleParticle {
                 position: std::array::from_fn(|k| min[k] + (at[k] as f64 + 0.5) * pitch[k]),

@@ -115,7 +115,7 @@ fn figures<const D: usize>(
         PlanFigure::new(
             "wall_particles",
             wall,
-            "three layers behind every closed face, and the shells of obstacles",
+            "layers behind every closed face, and the shells of obstacles",
         ),
         PlanFigure::new("body_particles", body, "without ghost rows"),
         PlanFigure::new("memory_bytes", memory, "estimate"),

@@ -18,7 +18,7 @@ impl<const D: usize> Fluid<D> {
     /// Takes particles out that left through an open face, went through a wall or are not finite, and counts each kind.
     pub(crate) fn retire_lost(&mut self) {
         let (scene, grid, margin) = (&self.scene, &self.grid, 1.5 * self.spacing);
-        let (tank, wall) = (&scene.tank, crate::lattice::WALL_LAYERS as f64 * self.spacing);
+        let (tank, wall) = (&scene.tank, scene.kernel.wall_layers() as f64 * self.spacing);
         let fate = |x: &Vector<D>, v: &Vector<D>| {
             if x.iter().chain(v).any(|value| !value.is_finite()) {
                 return Fate::Broken;

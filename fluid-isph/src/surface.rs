@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use crate::lattice::WALL_LAYERS;
+use crate::lattice::SHELL_LAYERS;
 use crate::obstacle::ObstacleParticle;
 use crate::vector::Vector;
 
@@ -143,7 +143,7 @@ impl Surface {
                 }
             }
         }
-        let reach = WALL_LAYERS as i64;
+        let reach = SHELL_LAYERS as i64;
         let is_wall = |at: [usize; 3]| {
             let ball = (0..(2 * reach + 1).pow(3)).map(|n| {
                 [n, n / (2 * reach + 1), n / (2 * reach + 1).pow(2)].map(|n| n % (2 * reach + 1) - reach)
