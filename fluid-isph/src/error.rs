@@ -40,6 +40,9 @@ pub enum SetupError {
         /// Particles the water boxes hold.
         count: usize,
     },
+    /// The pressure the explicit scheme starts from cannot be solved for.
+    #[error("the pressure of the start: {0}")]
+    StartPressure(StepFault),
     /// The body mesh has another dimension than the scene, or cells without volume.
     #[error("the body mesh cannot be used: {what}")]
     BodyMesh {
@@ -62,6 +65,7 @@ impl SetupError {
                 format!("use a spacing of {:.6} m or less", thickness / 2.0)
             }
             Self::WaterInsideBody { .. } => "move the water or the body".to_owned(),
+            Self::StartPressure(_) => "look at the places and velocities of the start".to_owned(),
             Self::BodyMesh { .. } => "the coupler and the fluid disagree: this is a bug".to_owned(),
         };
         Failure::new(FailureClass::Case, process, "start", self.to_string()).with_hint(hint)

@@ -4,19 +4,39 @@ use crate::error::StepFault;
 use crate::fluid::{Fluid, PressureLevel};
 use crate::particles::four_lanes;
 use crate::source::{SourceTerm, assemble_source};
-use crate::vector::{dot, norm};
 use crate::weakly_compressible::{Explicit, Surroundings, WeaklyCompressible};
 
+/// Relative residual of the solve for the pressure of the start.
+const START_TOLERANCE: f64 = 1e-4;
+
 impl<const D: usize> Fluid<D> {
-    /// The scheme at the start: still water under the highest surface.
-    pub(crate) fn start_explicitly(&self, numbers: Explicit) -> WeaklyCompressible {
-        let (down, floor) = self.floor_along_gravity();
-        let unit = self.scene.reference_density * norm(&self.scene.gravity.at(0.0));
-        let mut pressures = vec![0.0; self.water.len()];
-        for (x, &id) in self.water.position.iter().zip(&self.water.id) {
-            pressures[id as usize] = unit * (self.surface - floor + dot(x, &down)).max(0.0);
+    /// The scheme at the start, under the pressure the projection finds: that of still water would send a sound wave
+    /// through a column whose sides stand free, and let it set out too fast.
+    ///
+    /// # Errors
+    /// The solve has stalled.
+    pub(crate) fn start_explicitly(&mut self, numbers: Explicit) -> Result<WeaklyCompressible, StepFault> {
+        let dt = self.admitted_time_step();
+        self.find_images();
+        self.assemble_matrix();
+        self.build_preconditioner();
+        self.find_intermediate_velocity(dt);
+        self.assemble_source(dt);
+        std::mem::swap(&mut self.start_velocity, &mut self.water.velocity);
+        let mut pressure = vec![0.0; self.water.len()];
+        let system = (&self.water, &self.matrix, &mut self.preconditioner);
+        self.solver.solve(system, &self.source, &mut pressure, START_TOLERANCE)?;
+        let least = match self.pressure_level {
+            PressureLevel::Shifted => pressure.iter().copied().fold(f32::INFINITY, f32::min),
+            PressureLevel::Clamped | PressureLevel::Free => 0.0,
+        };
+        let clamped = self.pressure_level == PressureLevel::Clamped;
+        let mut by_number = vec![0.0; self.water.len()];
+        for (p, &id) in pressure.iter().zip(&self.water.id) {
+            let p = f64::from(p - least);
+            by_number[id as usize] = if clamped { p.max(0.0) } else { p };
         }
-        WeaklyCompressible::new(numbers, self.scene.reference_density, pressures.into_iter())
+        Ok(WeaklyCompressible::new(numbers, self.scene.reference_density, by_number.into_iter()))
     }
 
     fn explicit_surroundings(&self) -> Surroundings<D> {

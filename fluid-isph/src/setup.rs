@@ -136,18 +136,20 @@ impl<const D: usize> Fluid<D> {
             clamped: 0,
             solved: 0,
         };
-        fluid.start();
+        fluid.start()?;
         Ok(fluid)
     }
 
     /// Speeds and energy of the start.
-    fn start(&mut self) {
+    fn start(&mut self) -> Result<(), SetupError> {
         self.water.sort(&self.grid);
         self.speed = largest_speed(&self.water.velocity).0;
         let g = self.largest_gravity();
         let fall = self.largest_fall();
         self.surface = fall + 0.5 * self.spacing;
-        self.explicit = self.scene.explicit.map(|numbers| self.start_explicitly(numbers));
+        if let Some(numbers) = self.scene.explicit {
+            self.explicit = Some(self.start_explicitly(numbers).map_err(SetupError::StartPressure)?);
+        }
         let moving = self.obstacles.as_ref().map_or(0.0, Obstacles::largest_speed);
         let shaken = self.scene.gravity.frame.as_ref().map_or(0.0, Prescribed::largest_speed);
         self.speed_limit = match (2.0 * g * fall).sqrt().max(self.speed).max(moving).max(shaken) {
@@ -159,6 +161,7 @@ impl<const D: usize> Fluid<D> {
         self.energy.start = self.energy.kinetic + self.energy.potential;
         let mass = self.particle_mass() * self.water.len() as f64;
         self.energy.reference = self.energy.kinetic + mass * g * self.mean_height();
+        Ok(())
     }
 
     fn largest_fall(&self) -> f64 {
