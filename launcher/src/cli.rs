@@ -10,6 +10,7 @@ use protocol::failure::{Failure, FailureClass};
 use crate::check::{CheckError, Checked};
 use crate::run::RunOptions;
 use crate::stress::StressOptions;
+use crate::study::{self, StudyOptions};
 use crate::{check, conform, diagnostics, plan, report, run, stress};
 
 /// Fluid-structure interaction with free surfaces: water by stabilised incompressible SPH, structures by finite
@@ -34,6 +35,20 @@ enum Command {
     ///
     /// Example: tidewall check cases/dam-break-elastic/plane.toml
     Check(CaseArguments),
+    /// Runs one case under several settings: error against run time, observed order, cheapest setting for an error.
+    ///
+    /// Finished runs are not repeated: the same command goes on where it was stopped. Writes study.csv, study.md and
+    /// study.svg after every run. Example: tidewall study cases/studies/headline-spacing.toml
+    Study {
+        /// The study file (.toml), see docs/study-file.md.
+        file: PathBuf,
+        /// Folder of its runs and results. Default: runs/study-<name>.
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Threads each solver computes with. Default: all cores.
+        #[arg(long, value_name = "N")]
+        threads: Option<usize>,
+    },
     /// Plays launcher and coupler against a solid program, and says which points of the contract it does not keep.
     ///
     /// Example: tidewall conform target/release/solid-rigid
@@ -131,6 +146,9 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run_command(arguments),
         Command::Check(arguments) => {
             check_case(&arguments).map(|checked| print!("{}", plan::describe(&checked)))
+        }
+        Command::Study { file, out, threads } => {
+            study::command(&StudyOptions { file, out, threads: threads.unwrap_or_else(cores).max(1) })
         }
         Command::Conform { program, case } => {
             conform::conform(&program, case.as_deref()).and_then(|findings| {

@@ -20,4 +20,5 @@ pub mod run;
 pub mod run_json;
 pub mod step;
 pub mod stress;
+pub mod study;
 pub mod time_step;

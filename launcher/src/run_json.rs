@@ -111,6 +111,11 @@ impl RunJson {
         self.cpu_s = self.processes.iter().map(|process| process.cpu_s).sum();
     }
 
+    /// Largest resident memory of all processes together, bytes.
+    pub fn peak_rss_bytes(&self) -> f64 {
+        self.processes.iter().map(|process| process.peak_rss_bytes as f64).sum()
+    }
+
     /// Writes it into the run folder, whole or not at all.
     ///
     /// # Errors

@@ -121,10 +121,14 @@ const CHECKS: [fn(&CaseFile) -> CheckReport; 3] =
 
 /// The page.
 pub fn page() -> String {
-    let (plane, space) = (keys(2), keys(3));
-    let mut page = HEAD.to_owned();
+    HEAD.to_owned() + &tables(&keys(2), &keys(3), &SECTIONS)
+}
+
+/// A heading and a table for every section, in the order given; `plane` and `space` are the keys in 2-D and in 3-D.
+pub(crate) fn tables(plane: &[KeyDoc], space: &[KeyDoc], sections: &[&str]) -> String {
+    let mut page = String::new();
     let mut headings: Vec<String> = Vec::new();
-    for key in &plane {
+    for key in plane {
         let heading = heading(&key.path);
         if !headings.contains(&heading) {
             headings.push(heading);
@@ -132,7 +136,7 @@ pub fn page() -> String {
     }
     let place = |heading: &String| {
         let section = heading.trim_matches(['[', ']']).split('.').next().unwrap_or_default().to_owned();
-        SECTIONS.iter().position(|&known| known == section)
+        sections.iter().position(|&known| known == section)
     };
     headings.sort_by_key(place);
     for wanted in headings {

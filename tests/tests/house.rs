@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use tidewall_tests::{case_docs, programs};
+use tidewall_tests::{case_docs, programs, study_docs};
 
 /// Dependencies of the members (also for tests), by member.
 fn dependencies() -> Vec<(String, BTreeSet<String>)> {
@@ -99,20 +99,22 @@ fn unsafe_stands_in_the_channel_file_only() {
 }
 
 #[test]
-fn the_page_on_the_case_file_says_what_the_programs_say() {
-    let path = programs::workspace().join("docs/case-file.md");
-    let page = case_docs::page();
-    if std::env::var_os("TIDEWALL_WRITE_DOCS").is_some() {
-        fs::write(&path, &page).unwrap();
+fn the_pages_on_files_say_what_the_programs_say() {
+    for (name, page) in [("case-file.md", case_docs::page()), ("study-file.md", study_docs::page())] {
+        let path = programs::workspace().join("docs").join(name);
+        if std::env::var_os("TIDEWALL_WRITE_DOCS").is_some() {
+            fs::write(&path, &page).unwrap();
+        }
+        let written = fs::read_to_string(&path).unwrap_or_default();
+        let differs = written.lines().zip(page.lines()).find(|(written, made)| written != made);
+        let hint = "write it again with TIDEWALL_WRITE_DOCS=1; first difference";
+        assert!(written == page, "docs/{name}: {hint}: {differs:?}");
     }
-    let written = fs::read_to_string(&path).unwrap_or_default();
-    let differs = written.lines().zip(page.lines()).find(|(written, made)| written != made);
-    assert!(written == page, "write it again with TIDEWALL_WRITE_DOCS=1; first difference: {differs:?}");
 }
 
 #[test]
 fn every_key_of_the_cases_is_documented() {
-    let page = case_docs::page();
+    let (case_page, study_page) = (case_docs::page(), study_docs::page());
     let mut folders = vec![programs::workspace().join("cases")];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap().flatten() {
@@ -121,8 +123,10 @@ fn every_key_of_the_cases_is_documented() {
                 _ if path.is_dir() => folders.push(path),
                 Some("toml") => {
                     let case: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
+                    let is_study = path.parent().is_some_and(|folder| folder.ends_with("studies"));
+                    let page = if is_study { &study_page } else { &case_page };
                     for (section, value) in case.iter().filter(|(key, _)| *key != "base") {
-                        assert_documented(&page, section, value, &path);
+                        assert_documented(page, section, value, &path);
                     }
                 }
                 _ => {}

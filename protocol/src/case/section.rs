@@ -156,6 +156,24 @@ impl<'c> Section<'c> {
         Some(rows)
     }
 
+    /// A list of numbers, words and flags, each as a `--set` option would give it; empty if the key is absent.
+    pub fn scalars(&self, key: &str, about: &str) -> Vec<String> {
+        let allowed = "a list of numbers, texts or flags";
+        self.document(key, Doc { kind: "list of values", unit: "", allowed, default: "absent", about });
+        let scalar = |value: &Value| match value {
+            Value::Text(text) => Some(text.clone()),
+            Value::Array(_) | Value::Table(_) => None,
+            other => Some(other.shown()),
+        };
+        let values = self.take(key, allowed, |value| match value {
+            Value::Array(items) => items.iter().map(|item| scalar(&item.value)).collect(),
+            _ => None,
+        });
+        let values: Vec<String> = values.unwrap_or_default();
+        self.record(key, values.clone().into());
+        values
+    }
+
     /// The entries of a list of sections inside this one, such as `[[fluid.region]]`.
     pub fn list(&self, key: &str) -> Vec<Section<'c>> {
         self.asked.borrow_mut().insert(key.to_owned());
