@@ -22,8 +22,9 @@ use super::{Call, Crew};
 const TURN: Duration = Duration::from_millis(20);
 /// After a complaint about a peer, this long a deeper cause is looked for.
 const SEARCH: Duration = Duration::from_millis(300);
-/// CPU time within [`SEARCH`] of a process that computes, ticks of 10 ms.
-const BUSY_TICKS: u64 = 10;
+/// CPU time within [`SEARCH`] of a process that computes, ticks of 10 ms: few, as others may want the cores too. One
+/// that waits has none.
+const BUSY_TICKS: u64 = 2;
 /// From the last answer to the end of a process that was told to stop.
 const FAREWELL: Duration = Duration::from_secs(10);
 
@@ -244,14 +245,14 @@ impl Processes {
         })
     }
 
-    /// The process that has computed for most of the search while the others slept; `before` are the CPU times at
-    /// its start, ticks.
+    /// The process that has computed most in the search while the others slept; `before` are the CPU times at its start,
+    /// ticks.
     fn found_busy(&mut self, before: &[u64]) -> Option<Failure> {
         let children = self.children.borrow();
-        let busy = |child: &Child, before: &u64| child.cpu_ticks() - before >= BUSY_TICKS;
-        let child = children.iter().zip(before).find(|(child, before)| busy(child, before))?.0;
+        let spent = children.iter().zip(before).map(|(child, before)| (child, child.cpu_ticks() - before));
+        let (child, ticks) = spent.max_by_key(|(_, ticks)| *ticks)?;
         let control = self.controls.iter().find(|control| control.process == child.name)?;
-        control.is_outstanding().then(|| child.overrun(&control.task))
+        (ticks >= BUSY_TICKS && control.is_outstanding()).then(|| child.overrun(&control.task))
     }
 }
 

@@ -102,19 +102,25 @@ impl Study {
         let case = section.text("case").about("The case, relative to the study file.").required();
         let until = section.number("until").unit("s").above(0.0).about("End of every run.").optional();
         let common = section.scalars("set", "Options for every run, as for --set: \"key.path=value\".");
-        let along = section.text("along").about("The key the order is fitted in.").default("");
+        let along = section
+            .text("along")
+            .about("What the order is fitted in, none to leave it out; the default is the first key that is swept.")
+            .default("");
         let repetitions = section.integer("repetitions").at_least(1.0).about("Runs of each setting.");
         let repetitions = repetitions.default(1.0) as usize;
         let budget_s = section.number("budget").unit("s").above(0.0);
         let budget_s = budget_s.about("No run is started after this much wall time.").default(86_400.0);
         section.finish();
         let sweeps: Vec<_> = file.list("sweep").iter().map(read_sweep).collect();
-        let along = if along.is_empty() { sweeps.first().map_or(along, |s| s.0.clone()) } else { along };
+        let has_order = along != "none";
+        let first = sweeps.first().map(|sweep| sweep.0.clone()).filter(|_| along.is_empty() || !has_order);
+        let along = first.unwrap_or(along);
         let folder = file.path().parent().unwrap_or(Path::new("."));
         let mut settings: Vec<_> = file.list("setting").iter().map(|s| read_setting(s, folder)).collect();
         if !sweeps.is_empty() {
             settings.extend(grid(&sweeps, &along));
         }
+        settings.iter_mut().filter(|_| !has_order).for_each(|setting| setting.size = None);
         for (index, setting) in settings.iter().enumerate() {
             if settings[..index].iter().any(|other| other.label == setting.label) {
                 let what = format!("the setting \"{}\" stands twice", setting.label);

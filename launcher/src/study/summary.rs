@@ -95,6 +95,12 @@ pub(super) fn page(study: &Study, trials: &[Trial<'_>], machine: &str) -> String
     for measure in &study.errors {
         say(&mut text, study, measure, &points(study, trials, measure));
     }
+    for trial in trials {
+        let verdicts = trial.json.as_ref().map_or(&[][..], |json| &json.verdicts);
+        if !verdicts.is_empty() {
+            let _ = writeln!(text, "\n`{}`: verdict {}.", trial.setting.label, verdicts.join(", "));
+        }
+    }
     for trial in trials.iter().filter(|trial| !trial.is_completed()) {
         let failure = trial.json.as_ref().and_then(|json| json.failure.as_ref());
         let why = failure.map_or(String::new(), |failure| format!(": {failure}"));
