@@ -1,11 +1,15 @@
 //! `[coupling]`: the coupler's own section of the case, and its part of the plan.
 
-use protocol::case::{CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared};
+use std::path::{Path, PathBuf};
+
+use protocol::case::{CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared, Side};
+use protocol::header::Kind;
 
 use crate::acceleration::{Acceleration, Aitken, Imvj, IqnIls, Reuse};
 use crate::added_mass;
 use crate::dummy_mesh::DummyMesh;
 use crate::passes::{Agreement, Passes};
+use crate::record::Recording;
 
 /// What loads the solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +47,7 @@ pub enum OnGuard {
 /// `[coupling]`, resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// The scheme the run begins with.
+    /// The scheme chosen.
     pub scheme: Scheme,
     /// Of the displacement, for the schemes that predict it.
     pub prediction_order: u8,
@@ -61,6 +65,10 @@ pub struct Settings {
     pub dummy_elements: Vec<usize>,
     /// Window of the mean load jump, s.
     pub ledger_window: (f64, f64),
+    /// Whether what travels is recorded.
+    pub record: bool,
+    /// A recording in the place of one side.
+    pub replay: Option<(PathBuf, Side)>,
 }
 
 impl Settings {
@@ -68,7 +76,7 @@ impl Settings {
     pub fn read(case: &CaseFile, shared: &Shared) -> Self {
         let section = case.section_or_default("coupling");
         // Read by all, as it decides the turns.
-        section.pass_over(&["scheme"]);
+        section.pass_over(&["scheme", "replay", "replay_of"]);
         let prediction_order = read_prediction_order(&section, shared.scheme);
         let on_guard = read_on_guard(&section);
         let passes = read_passes(&section, shared.scheme == Scheme::Strong || on_guard == OnGuard::Escalate);
@@ -103,9 +111,16 @@ impl Settings {
         let window = section
             .pair("ledger_window", "s", "Window of the mean load jump (default: the whole run).")
             .unwrap_or((0.0, f64::INFINITY));
+        let record = section.flag(
+            "record",
+            false,
+            "Write what travels over the interface to interface.rec in the run folder, for replay.",
+        );
         section.finish();
+        let folder = case.path().parent().unwrap_or(Path::new("."));
+        let replay = shared.replay.as_ref().map(|replay| (folder.join(&replay.file), replay.side));
         Self {
-            scheme: first_scheme(shared, on_guard, prediction_order),
+            scheme: choose_scheme(shared, on_guard, prediction_order),
             prediction_order,
             passes,
             load: if load == "pair" { LoadForm::Pair } else { LoadForm::Markers },
@@ -119,17 +134,25 @@ impl Settings {
             on_guard,
             dummy_elements,
             ledger_window: window,
+            record,
+            replay,
         }
     }
 }
 
-/// The scheme a run begins with: that of the case; where it may be changed, not one that the water is too heavy for.
-fn first_scheme(shared: &Shared, on_guard: OnGuard, prediction_order: u8) -> Scheme {
-    let is_free = on_guard == OnGuard::Escalate && shared.scheme == Scheme::Css;
-    let is_past_limit = |ratio: f64| ratio > added_mass::css_limit(prediction_order);
-    match added_mass::estimate(shared) {
-        Some(ratio) if is_free && is_past_limit(ratio) => Scheme::Robin,
-        _ => shared.scheme,
+/// The scheme for the steps of a run: that of the case; where the guard may change it, one that the water is not too
+/// heavy for.
+fn choose_scheme(shared: &Shared, on_guard: OnGuard, prediction_order: u8) -> Scheme {
+    let is_free = on_guard == OnGuard::Escalate
+        && shared.replay.is_none()
+        && matches!(shared.scheme, Scheme::Css | Scheme::Robin);
+    let Some(ratio) = added_mass::estimate(shared).filter(|_| is_free) else { return shared.scheme };
+    if ratio > added_mass::ROBIN_LIMIT {
+        Scheme::Strong
+    } else if ratio > added_mass::css_limit(prediction_order) {
+        Scheme::Robin
+    } else {
+        shared.scheme
     }
 }
 
@@ -238,6 +261,10 @@ fn is_newton(method: Option<&str>) -> bool {
 pub fn check(case: &CaseFile) -> CheckReport {
     let shared = Shared::read(case);
     let settings = Settings::read(case, &shared);
+    if let Some((Err(what), _)) = open_replay(&settings) {
+        let hint = "Make one with coupling.record = true.";
+        case.section_or_default("coupling").complain("replay", what, "interface.rec of a run", hint);
+    }
     let (mut plan, mut left_out) = (Vec::new(), Vec::new());
     if let (Some(solid), true) = (&shared.solid, case.diagnostics().is_empty()) {
         let mesh = DummyMesh::span(solid, &settings.dummy_elements);
@@ -246,6 +273,10 @@ pub fn check(case: &CaseFile) -> CheckReport {
             mesh.node_count() as f64,
             "interface nodes on the fluid's side",
         ));
+        if let Some((Ok(recording), Side::Solid)) = open_replay(&settings) {
+            let nodes = recording.surface().node_count() as f64;
+            plan.push(PlanFigure::new("surface_nodes", nodes, "interface nodes of the recorded solid"));
+        }
         plan.push(PlanFigure::new("markers", mesh.facets().markers().len() as f64, "interface markers"));
         if let Some(estimate) = added_mass::estimate(&shared) {
             plan.push(PlanFigure::new(
@@ -257,6 +288,13 @@ pub fn check(case: &CaseFile) -> CheckReport {
         left_out.extend(not_needed(&settings, solid.model == "rigid"));
     }
     CheckReport::new("coupler", case, plan, left_out)
+}
+
+/// The recording in the place of one side, or what is wrong with it.
+pub(crate) fn open_replay(settings: &Settings) -> Option<(Result<Recording, String>, Side)> {
+    let (path, side) = settings.replay.as_ref()?;
+    let kind = if *side == Side::Fluid { Kind::Load } else { Kind::Motion };
+    Some((Recording::open(path, kind), *side))
 }
 
 fn not_needed(settings: &Settings, is_rigid: bool) -> Vec<LeftOut> {

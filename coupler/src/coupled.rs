@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use protocol::case::{Scheme, Shared};
+use protocol::case::{Scheme, Shared, Side};
 use protocol::control::{Account, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
+use protocol::header::Kind;
 use protocol::interface::{Contract, Surface};
 use protocol::link::{Link, Transport, agree};
 use protocol::participant::Context;
 use protocol::phases::PhaseClock;
 
-use crate::case::{OnGuard, Settings};
+use crate::case::{OnGuard, Settings, open_replay};
 use crate::dummy_mesh::DummyMesh;
 use crate::escalation::Escalation;
 use crate::exchange::{receive_solid, receive_surface, refused, send_body_mesh};
@@ -21,6 +22,7 @@ use crate::mapping::Mapping;
 use crate::motion::{FluidMotion, SolidMotion};
 use crate::participant::NAME;
 use crate::passes::Passes;
+use crate::record::{Recorder, Replay, unusable};
 
 /// Everything the coupler holds between two steps.
 pub(crate) struct Coupled {
@@ -45,12 +47,18 @@ pub(crate) struct Coupled {
     /// The solid's motion over the step, `[n, D]` m, on its own side and carried to the fluid's.
     pub(crate) solid_step: Vec<f64>,
     pub(crate) carried_step: Vec<f64>,
+    /// Where its nodes are at the start of the step, `[n, D]` m.
+    pub(crate) solid_position: Vec<f64>,
     pub(crate) ledger: Ledger,
     pub(crate) jump: LoadJump,
     pub(crate) clock: PhaseClock,
     pub(crate) fluid_link: Box<dyn Link<f64>>,
     pub(crate) solid_link: Box<dyn Link<f64>>,
     pub(crate) motion_len: usize,
+    /// Where the case asks for it.
+    pub(crate) recorder: Option<Recorder>,
+    /// Where one side is a recording.
+    replay: Option<Replay>,
 }
 
 impl Coupled {
@@ -71,7 +79,15 @@ impl Coupled {
         let with_solid = contract(start.surface_nodes)?;
         // A node has one marker per face it belongs to, at most one per axis.
         let capacity = 8 + with_solid.node_count * dimension * (1 + dimension);
-        let mut solid_link = transport.connect("solid", capacity).map_err(refused("connect"))?;
+        let (replay, side) = match open_replay(settings) {
+            Some((recording, side)) => (Some(Replay::new(recording.map_err(unusable)?)), Some(side)),
+            None => (None, None),
+        };
+        let mut connect = |peer: Side, capacity: usize| match &replay {
+            Some(replay) if side == Some(peer) => Ok(replay.link(peer.role())),
+            _ => transport.connect(peer.role(), capacity).map_err(refused("connect")),
+        };
+        let mut solid_link = connect(Side::Solid, capacity)?;
         agree(&mut *solid_link, &with_solid).map_err(refused("handshake"))?;
         let surface = receive_surface(&mut *solid_link).map_err(refused("handshake"))?;
         let mut solid = SolidMotion::default();
@@ -83,8 +99,11 @@ impl Coupled {
         let mut initial = vec![0.0; dummy.reference_position().len()];
         mapping.spread_motion(&solid.displacement, &mut initial);
         let is_rigid = outline.model == "rigid";
+        // Passes are the launcher's to order: chosen ones begin with the second step.
+        let is_chosen = settings.scheme == Scheme::Strong && shared.scheme != Scheme::Strong;
+        let first = if is_chosen { Scheme::Robin } else { settings.scheme };
         let body = (is_rigid, outline.prescribed);
-        let motion = FluidMotion::new(settings, body, dummy.reference_position(), &initial);
+        let motion = FluidMotion::new((first, settings), body, dummy.reference_position(), &initial);
         let response_mass = mapping
             .spread_scalar(&surface.areal_mass)
             .iter()
@@ -93,24 +112,27 @@ impl Coupled {
         let mesh = dummy.body_mesh(response_mass, motion.response());
         let motion_len = mesh.motion_len();
         let capacity = mesh.encode().len().max(motion_len);
-        let mut fluid_link = transport.connect("fluid", capacity).map_err(refused("connect"))?;
+        let mut fluid_link = connect(Side::Fluid, capacity)?;
         agree(&mut *fluid_link, &contract(start.dummy_nodes)?).map_err(refused("handshake"))?;
         send_body_mesh(&mut *fluid_link, &mesh).map_err(refused("handshake"))?;
 
         Ok(Self {
-            scheme: settings.scheme,
-            escalation: (settings.on_guard == OnGuard::Escalate && !is_rigid)
-                .then(|| Escalation::new(settings.scheme)),
+            scheme: first,
+            escalation: (settings.on_guard == OnGuard::Escalate && !is_rigid && replay.is_none())
+                .then(|| Escalation::new(first, settings.scheme)),
             passes: settings.passes.clone().filter(|_| !is_rigid),
             settings: settings.clone(),
             load: Load::new(&dummy, &surface),
             acted: vec![0.0; surface.node_count() * dimension],
             solid_step: vec![0.0; surface.node_count() * dimension],
             carried_step: vec![0.0; dummy.node_count() * dimension],
+            solid_position: vec![0.0; surface.node_count() * dimension],
             ledger: Ledger::create(&context.folder, dimension, shared.output.series_every)?,
             jump: LoadJump::new(hydrostatic_load(shared, &dummy), settings.ledger_window),
             clock: PhaseClock::default(),
             displacement_before: solid.displacement.clone(),
+            recorder: settings.record.then(|| begin_record(context, &surface, &solid)).transpose()?,
+            replay,
             surface,
             dummy,
             mapping,
@@ -151,12 +173,17 @@ impl Coupled {
         }
         let stop = self.jump.diverges() || self.settings.on_guard == OnGuard::Stop;
         let verdict = if stop { self.verdict() } else { None };
-        StepReport { next_scheme, verdict, ..StepReport::unlimited() }
+        StepReport { admitted_dt: self.admitted_dt(at.time), next_scheme, verdict, ..StepReport::default() }
     }
 
-    /// A one-way scheme cannot become unstable, and its two works have nothing to do with each other.
+    /// A recording is followed step by step; nothing else limits the coupler.
+    pub(crate) fn admitted_dt(&self, time: f64) -> f64 {
+        self.replay.as_ref().map_or(f64::INFINITY, |replay| replay.admitted_dt(time))
+    }
+
+    /// A one-way scheme, or one side alone, cannot become unstable, and its two works have nothing to do with each other.
     fn verdict(&self) -> Option<String> {
-        if matches!(self.settings.scheme, Scheme::ToSolid | Scheme::ToFluid) {
+        if matches!(self.settings.scheme, Scheme::ToSolid | Scheme::ToFluid) || self.replay.is_some() {
             return None;
         }
         let jumps = self.jump.diverges() || self.jump.greatest() > guard::UNSTABLE;
@@ -197,6 +224,9 @@ impl Coupled {
     }
 
     pub(crate) fn flush(&mut self) -> Result<(), Failure> {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.flush()?;
+        }
         self.ledger.flush()
     }
 
@@ -207,6 +237,15 @@ impl Coupled {
     pub(crate) fn node_count(&self) -> usize {
         self.dummy.node_count()
     }
+}
+
+/// A recording with the surface and the motion at the start.
+fn begin_record(context: &Context, surface: &Surface, solid: &SolidMotion) -> Result<Recorder, Failure> {
+    let start = StepTime { step: 0, time: 0.0, dt: 0.0 };
+    let mut recorder = Recorder::create(&context.folder)?;
+    recorder.write(Kind::Surface, start, &[&surface.encode()])?;
+    recorder.write(Kind::Motion, start, &solid.columns())?;
+    Ok(recorder)
 }
 
 fn missing(what: &str) -> Failure {

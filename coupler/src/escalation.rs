@@ -1,5 +1,8 @@
 //! From a scheme whose loads have become restless to one that bears the mass of the water: from a staggered scheme to
 //! the Robin wall, and from there to passes over the steps that need them.
+//!
+//! The launcher begins with the scheme the case names. Where passes are chosen for all steps from the start, the first
+//! step is the Robin wall's.
 
 use protocol::case::Scheme;
 
@@ -10,6 +13,7 @@ const FIRST_STRETCH: u64 = 50;
 #[derive(Debug, Clone)]
 pub struct Escalation {
     scheme: Scheme,
+    chosen: Scheme,
     /// Steps of the present stretch of passes, done and wanted.
     stretch: (u64, u64),
     to_robin: u64,
@@ -18,15 +22,16 @@ pub struct Escalation {
 }
 
 impl Escalation {
-    /// Starts with the scheme of the case.
-    pub fn new(scheme: Scheme) -> Self {
-        Self { scheme, stretch: (0, FIRST_STRETCH), to_robin: 0, to_passes: 0, passed_steps: 0 }
+    /// Begins with one scheme, to go on with the one chosen.
+    pub fn new(scheme: Scheme, chosen: Scheme) -> Self {
+        Self { scheme, chosen, stretch: (0, FIRST_STRETCH), to_robin: 0, to_passes: 0, passed_steps: 0 }
     }
 
     /// Takes a step that stands and whether the load is restless now; gives the scheme of the steps to come if that
     /// changes.
     pub fn book(&mut self, is_restless: bool) -> Option<Scheme> {
         let next = match self.scheme {
+            Scheme::Robin if self.chosen == Scheme::Strong => Scheme::Strong,
             Scheme::Css | Scheme::Parallel if is_restless => {
                 self.to_robin += 1;
                 Scheme::Robin
@@ -67,7 +72,7 @@ mod tests {
     #[test]
     fn a_staggered_scheme_gives_way_to_the_robin_wall_for_good() {
         for scheme in [Scheme::Css, Scheme::Parallel] {
-            let mut escalation = Escalation::new(scheme);
+            let mut escalation = Escalation::new(scheme, scheme);
             assert_eq!(escalation.book(false), None);
             assert_eq!(escalation.book(true), Some(Scheme::Robin));
             assert!((0..1000).all(|_| escalation.book(false).is_none()));
@@ -77,7 +82,7 @@ mod tests {
 
     #[test]
     fn passes_last_for_a_stretch_that_doubles_with_every_return() {
-        let mut escalation = Escalation::new(Scheme::Robin);
+        let mut escalation = Escalation::new(Scheme::Robin, Scheme::Robin);
         for stretch in [50, 100] {
             assert_eq!(escalation.book(true), Some(Scheme::Strong));
             assert!((1..stretch).all(|_| escalation.book(false).is_none()));
@@ -87,8 +92,16 @@ mod tests {
     }
 
     #[test]
+    fn passes_that_are_chosen_begin_with_the_second_step_and_stay() {
+        let mut escalation = Escalation::new(Scheme::Robin, Scheme::Strong);
+        assert_eq!(escalation.book(false), Some(Scheme::Strong));
+        assert!((0..1000).all(|step| escalation.book(step % 2 == 0).is_none()));
+        assert_eq!(escalation.health().map(|entry| entry.1), [0.0; 3]);
+    }
+
+    #[test]
     fn the_strong_scheme_of_the_case_has_nothing_above_it() {
-        let mut escalation = Escalation::new(Scheme::Strong);
+        let mut escalation = Escalation::new(Scheme::Strong, Scheme::Strong);
         assert!((0..1000).all(|step| escalation.book(step % 2 == 0).is_none()));
     }
 }

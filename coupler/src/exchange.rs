@@ -90,12 +90,18 @@ impl Coupled {
         receive_solid(link, at.step, &self.surface, &mut self.solid).map_err(lost(at, "receive_motion"))
     }
 
+    pub(crate) fn record(&mut self, at: StepTime) -> Result<(), Failure> {
+        let Some(recorder) = &mut self.recorder else { return Ok(()) };
+        recorder.write(Kind::Load, at, &[&self.load.pressure, &self.load.pair])?;
+        recorder.write(Kind::Motion, at, &self.solid.columns())
+    }
+
     pub(crate) fn book_ledger(&mut self, at: StepTime) -> Result<(), Failure> {
-        if let Some(passes) = self.passes.as_mut().filter(|_| self.scheme == Scheme::Strong) {
-            passes.settle();
-        }
-        for (node, step) in self.solid_step.iter_mut().enumerate() {
-            *step = self.solid.displacement[node] - self.displacement_before[node];
+        let passes = self.passes.as_mut().filter(|_| self.scheme == Scheme::Strong);
+        for (component, step) in self.solid_step.iter_mut().enumerate() {
+            let before = self.displacement_before[component];
+            *step = self.solid.displacement[component] - before;
+            self.solid_position[component] = self.surface.reference_position[component] + before;
         }
         self.mapping.spread_motion(&self.solid_step, &mut self.carried_step);
         let acting = if self.settings.load == LoadForm::Pair { &self.load.pair } else { &self.load.marker };
@@ -109,11 +115,13 @@ impl Coupled {
             fluid_load: acting,
             fluid_reference: self.dummy.reference_position(),
             solid_reference: &self.surface.reference_position,
+            solid_position: &self.solid_position,
             solid_motion: &self.solid_step,
             solid_load: &self.load.on_solid,
             acted_load: &self.acted,
             pair_load: &self.load.pair,
             marker_load: &self.load.marker,
+            passes: passes.map_or(1, |passes| passes.settle()),
         };
         self.ledger.book(&entry, self.jump.running())
     }

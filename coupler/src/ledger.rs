@@ -26,6 +26,8 @@ pub struct Entry<'a> {
     pub fluid_reference: &'a [f64],
     /// Positions of the solid's nodes in the unloaded body, m.
     pub solid_reference: &'a [f64],
+    /// Positions of the solid's nodes at the start of the step, m.
+    pub solid_position: &'a [f64],
     /// Motion of the solid's nodes over the step, m.
     pub solid_motion: &'a [f64],
     /// Load that acts, on the solid's nodes, N.
@@ -36,6 +38,8 @@ pub struct Entry<'a> {
     pub pair_load: &'a [f64],
     /// Marker tractions integrated to the fluid's nodes, N.
     pub marker_load: &'a [f64],
+    /// Passes over the step.
+    pub passes: u32,
 }
 
 /// Sums since the start.
@@ -45,6 +49,8 @@ pub struct Totals {
     pub pair_impulse: [f64; 3],
     /// Impulse of the marker tractions, N s.
     pub marker_impulse: [f64; 3],
+    /// Impulse the solid has got, N s.
+    pub solid_impulse: [f64; 3],
     /// Work given by the fluid, J.
     pub fluid_work: f64,
     /// Work taken by the solid, J.
@@ -77,7 +83,12 @@ impl Ledger {
         let per_axis = |name: &str, unit: &str| {
             axes.iter().map(|axis| format!("{name}{axis}_{unit}")).collect::<Vec<_>>()
         };
-        let moments = if dimension == 2 { vec!["mz_nm".to_owned()] } else { per_axis("m", "nm") };
+        let moments = |name: &str| match dimension {
+            2 => vec![format!("{name}mz_nm")],
+            _ => per_axis(&format!("{name}m"), "nm"),
+        };
+        let fluid = [per_axis("f", "n"), per_axis("marker_f", "n"), moments(""), per_axis("impulse_", "ns")];
+        let solid = [per_axis("solid_f", "n"), moments("solid_"), per_axis("solid_impulse_", "ns")];
         let scalars = [
             "work_fluid_j",
             "work_solid_j",
@@ -85,13 +96,10 @@ impl Ledger {
             "mapping_force_imbalance",
             "mapping_moment_imbalance",
             "mapping_work_imbalance",
+            "passes",
         ];
         let columns: Vec<String> =
-            [per_axis("f", "n"), per_axis("marker_f", "n"), moments, per_axis("impulse_", "ns")]
-                .concat()
-                .into_iter()
-                .chain(scalars.map(str::to_owned))
-                .collect();
+            fluid.concat().into_iter().chain(solid.concat()).chain(scalars.map(str::to_owned)).collect();
         let names: Vec<&str> = columns.iter().map(String::as_str).collect();
         let series = Series::create(folder, "interface", &names, every)?;
         Ok(Self { dimension, totals: Totals::default(), series, row: Vec::with_capacity(columns.len()) })
@@ -107,12 +115,15 @@ impl Ledger {
         let markers = sum(entry.marker_load, dimension);
         let (given, taken) = (sum(entry.fluid_load, dimension), sum(entry.solid_load, dimension));
         let fluid_moment = moment(entry.fluid_position, entry.fluid_load, dimension);
+        let acted = sum(entry.acted_load, dimension);
+        let solid_moment = moment(entry.solid_position, entry.acted_load, dimension);
         let fluid_work = entry.dt * dot(entry.fluid_load, entry.fluid_velocity);
         let solid_work = dot(entry.acted_load, entry.solid_motion);
         let totals = &mut self.totals;
         for axis in 0..3 {
             totals.pair_impulse[axis] += entry.dt * pair[axis];
             totals.marker_impulse[axis] += entry.dt * markers[axis];
+            totals.solid_impulse[axis] += entry.dt * acted[axis];
         }
         totals.fluid_work += fluid_work;
         totals.solid_work += solid_work;
@@ -132,20 +143,22 @@ impl Ledger {
         let work_imbalance = relative((carried - mapped).abs(), work_scale);
         totals.work_imbalance = totals.work_imbalance.max(work_imbalance);
         let imbalances = [load_jump, force_imbalance, moment_imbalance, work_imbalance];
-        self.write(entry.time, [pair, markers, fluid_moment], &imbalances)
+        self.row.clear();
+        let Totals { pair_impulse, solid_impulse, fluid_work, solid_work, .. } = self.totals;
+        self.write_vectors([pair, markers], fluid_moment, pair_impulse);
+        self.write_vectors([acted], solid_moment, solid_impulse);
+        self.row.extend_from_slice(&[fluid_work, solid_work]);
+        self.row.extend_from_slice(&imbalances);
+        self.row.push(f64::from(entry.passes));
+        self.series.row(entry.time, &self.row)
     }
 
-    fn write(&mut self, time: f64, vectors: [[f64; 3]; 3], scalars: &[f64]) -> Result<(), Failure> {
+    /// Forces, moment and impulse of one side.
+    fn write_vectors<const N: usize>(&mut self, forces: [[f64; 3]; N], moment: [f64; 3], impulse: [f64; 3]) {
         let dimension = self.dimension;
-        let [pair, markers, moment] = vectors;
-        self.row.clear();
-        self.row.extend_from_slice(&pair[..dimension]);
-        self.row.extend_from_slice(&markers[..dimension]);
+        forces.iter().for_each(|force| self.row.extend_from_slice(&force[..dimension]));
         self.row.extend_from_slice(if dimension == 2 { &moment[2..] } else { &moment });
-        self.row.extend_from_slice(&self.totals.pair_impulse[..dimension]);
-        self.row.extend_from_slice(&[self.totals.fluid_work, self.totals.solid_work]);
-        self.row.extend_from_slice(scalars);
-        self.series.row(time, &self.row)
+        self.row.extend_from_slice(&impulse[..dimension]);
     }
 
     /// Sums since the start.

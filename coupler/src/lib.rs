@@ -22,4 +22,5 @@ pub mod mapping;
 pub mod motion;
 pub mod participant;
 pub mod passes;
+pub mod record;
 mod step;

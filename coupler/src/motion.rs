@@ -18,6 +18,11 @@ pub struct SolidMotion {
 }
 
 impl SolidMotion {
+    /// The three blocks of a motion message.
+    pub fn columns(&self) -> [&[f64]; 3] {
+        [&self.displacement, &self.velocity, &self.acceleration]
+    }
+
     /// Takes the three blocks of a motion message.
     pub fn read(&mut self, values: &[f64]) {
         let block = values.len() / 3;
@@ -100,16 +105,16 @@ pub struct FluidMotion {
 }
 
 impl FluidMotion {
-    /// Chooses the rule from the settings and (rigid, prescribed): a rigid body has no coupling scheme, it stands still
+    /// Chooses the rule from the scheme of the first step, the settings and (rigid, prescribed): a rigid body has no coupling scheme, it stands still
     /// or follows its prescribed motion. Positions and initial displacements `[n, D]` m.
     pub fn new(
-        settings: &Settings,
+        (scheme, settings): (Scheme, &Settings),
         (rigid, prescribed): (bool, bool),
         reference: &[f64],
         initial: &[f64],
     ) -> Self {
         let position: Vec<f64> = reference.iter().zip(initial).map(|(x, u)| x + u).collect();
-        let rule = match settings.scheme {
+        let rule = match scheme {
             _ if prescribed => Rule::Prescribed,
             _ if rigid => Rule::Fixed,
             Scheme::Robin => Rule::Robin,

@@ -51,8 +51,9 @@ impl Participant for Coupler {
             ("markers".to_owned(), coupled.marker_count() as u64),
             ("interface_nodes".to_owned(), coupled.node_count() as u64),
         ]);
+        let admitted_dt = coupled.admitted_dt(0.0);
         self.coupled = Some(coupled);
-        Ok(Ready { counts, admitted_dt: f64::INFINITY })
+        Ok(Ready { counts, admitted_dt })
     }
 
     fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {

@@ -86,9 +86,10 @@ impl Passes {
         self.count += 1;
     }
 
-    /// The step stands.
-    pub fn settle(&mut self) {
+    /// The step stands; gives the number of passes over it.
+    pub fn settle(&mut self) -> u32 {
         self.acceleration.end_step();
+        self.count
     }
 
     /// For the health table, where any step was passed over: passes a step, and steps that did not agree within the
@@ -123,8 +124,7 @@ mod tests {
         loop {
             let found = map(&passes.guess);
             if !passes.compare(&found) {
-                passes.settle();
-                return passes.count;
+                return passes.settle();
             }
             passes.correct(&found);
         }

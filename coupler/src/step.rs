@@ -31,6 +31,9 @@ impl Coupled {
             }
             Part::Book => {
                 self.timed("book_ledger", |c| c.book_ledger(at))?;
+                if self.recorder.is_some() {
+                    self.timed("record", |c| c.record(at))?;
+                }
                 return Ok(self.report(at)); // restless loads: another scheme from here on
             }
             other => return Err(not_my_part(other)),

@@ -297,6 +297,11 @@ impl<const D: usize> Fluid<D> {
         &self.scene
     }
 
+    /// Kinetic and potential energy at the start, J.
+    pub fn start_energy(&self) -> f64 {
+        self.energy.start
+    }
+
     /// Kinetic and potential energy and the work done on the water, J.
     pub fn energy(&self) -> (f64, f64, f64) {
         (self.energy.kinetic, self.energy.potential, self.energy.work)

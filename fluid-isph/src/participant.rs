@@ -180,7 +180,9 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         if health.escaped_particles + health.broken_particles > 0 {
             verdicts.push("lost_particles".to_owned());
         }
-        Account { phases, health: health.table(), verdicts, ..Account::default() }
+        let mut table = health.table();
+        table.extend(energy(&running.fluid));
+        Account { phases, health: table, verdicts, ..Account::default() }
     }
 }
 
@@ -204,6 +206,17 @@ impl<const D: usize> Running<D> {
         let (admitted_dt, substeps) = (fluid.admitted_time_step(), fluid.last_substeps());
         Ok(StepReport { admitted_dt, substeps, ..StepReport::default() })
     }
+}
+
+/// The water's energy now and at the start, and the work done on it, J: for the balance of the whole system.
+fn energy<const D: usize>(fluid: &Fluid<D>) -> [(String, f64); 3] {
+    let (kinetic, potential, work) = fluid.energy();
+    let entries = [
+        ("water_energy_j", kinetic + potential),
+        ("water_energy_start_j", fluid.start_energy()),
+        ("water_work_j", work),
+    ];
+    entries.map(|(name, value)| (name.to_owned(), value))
 }
 
 /// The threads of the solver: this one and as many more as it takes, so that a step needs no hand-over to begin.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use protocol::PROTOCOL_VERSION;
-use protocol::case::{CaseFile, CheckReport, Diagnostic, GaugeKind, LeftOut, Shared, Target};
+use protocol::case::{CaseFile, CheckReport, Diagnostic, GaugeKind, LeftOut, Shared, Side, Target};
 use protocol::failure::{Failure, FailureClass};
 
 use crate::stress::promise::Promise;
@@ -96,13 +96,14 @@ pub fn check(path: &Path, options: &[String]) -> Result<Checked, CheckError> {
 fn programs(case: &CaseFile, shared: &Shared, path: &Path) -> Vec<Program> {
     let own = |role, name: &str| Program { role, name: name.to_owned(), path: sibling(name) };
     let mut programs = Vec::new();
-    if shared.fluid.is_some() {
+    let replayed = shared.replay.as_ref().map(|replay| replay.side);
+    if shared.fluid.is_some() && replayed != Some(Side::Fluid) {
         programs.push(own("fluid", "fluid-isph"));
     }
     if shared.fluid.is_some() && shared.solid.is_some() {
         programs.push(own("coupler", "coupler"));
     }
-    if let Some(solid) = &shared.solid {
+    if let Some(solid) = shared.solid.as_ref().filter(|_| replayed != Some(Side::Solid)) {
         let section = case.section("solid").expect("the solid was read from this section");
         let other = section
             .text("program")
@@ -110,7 +111,9 @@ fn programs(case: &CaseFile, shared: &Shared, path: &Path) -> Vec<Program> {
             .optional();
         programs.push(match other {
             Some(other) => {
-                let path = path.parent().unwrap_or(Path::new(".")).join(&other);
+                // A name without a folder would be looked for in PATH.
+                let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+                let path = folder.unwrap_or(Path::new(".")).join(&other);
                 let name = path.file_name().map_or(other, |name| name.to_string_lossy().into_owned());
                 Program { role: "solid", name, path }
             }
@@ -242,6 +245,9 @@ fn make_absolute(lock: &mut toml::Table, case: &Path) {
         let tables = references.iter_mut().filter_map(toml::Value::as_table_mut);
         tables.filter_map(|table| table.get_mut("curve")).for_each(absolute);
     }
+    if let Some(coupling) = lock.get_mut("coupling").and_then(toml::Value::as_table_mut) {
+        coupling.get_mut("replay").into_iter().for_each(absolute);
+    }
     if let Some(solid) = lock.get_mut("solid").and_then(toml::Value::as_table_mut) {
         ["program", "mesh"].iter().for_each(|key| solid.get_mut(*key).into_iter().for_each(absolute));
     }
@@ -263,6 +269,10 @@ fn absent_processes(shared: &Shared) -> Vec<LeftOut> {
                 .push(LeftOut::new("finite elements", "the body is rigid: the stub takes the solid's place"));
         }
         _ => {}
+    }
+    if let Some(replay) = &shared.replay {
+        let what = format!("{} process", replay.side.role());
+        left_out.push(LeftOut::new(&what, "a recording stands in its place"));
     }
     if shared.gravity.is_none() {
         left_out.push(LeftOut::new("gravity", "the case has no [gravity]"));

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::case::{Scheme, Shared};
+use protocol::case::{Scheme, Shared, Side};
 use protocol::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::phases::{PhaseClock, PhaseTime};
@@ -49,11 +49,15 @@ pub trait Observer {
 
 /// The cast a scene needs.
 pub fn cast(shared: &Shared) -> Cast {
-    match (&shared.fluid, &shared.solid) {
+    let scheme = match &shared.solid {
         // A rigid body does not respond: one pass will do.
-        (Some(_), Some(solid)) if solid.model == "rigid" => Cast::Coupled(Scheme::default()),
-        (Some(_), Some(_)) => Cast::Coupled(shared.scheme),
-        (Some(_), None) => Cast::FluidAlone,
+        Some(solid) if solid.model == "rigid" => Scheme::default(),
+        _ => shared.scheme,
+    };
+    match (&shared.fluid, &shared.solid, &shared.replay) {
+        (Some(_), Some(_), Some(replay)) => Cast::Replayed(scheme, replay.side),
+        (Some(_), Some(_), None) => Cast::Coupled(scheme),
+        (Some(_), None, _) => Cast::FluidAlone,
         _ => Cast::SolidAlone,
     }
 }
@@ -62,6 +66,8 @@ pub fn cast(shared: &Shared) -> Cast {
 pub fn roles(cast: Cast) -> &'static [&'static str] {
     match cast {
         Cast::Coupled(_) => &["fluid", "coupler", "solid"],
+        Cast::Replayed(_, Side::Fluid) => &["coupler", "solid"],
+        Cast::Replayed(_, Side::Solid) => &["fluid", "coupler"],
         Cast::FluidAlone => &["fluid"],
         Cast::SolidAlone => &["solid"],
     }
@@ -87,7 +93,7 @@ pub fn conduct(
     let mut at = StepTime { step: 0, time: 0.0, dt: 0.0 };
     let accounts = phases.run("output", || output(crew, cast, frame, at))?;
     observer.output(at, &accounts, phases.table())?;
-    let mut ending = Ending::Completed;
+    let (mut ending, mut shown_step) = (Ending::Completed, 0);
     while let Some(next) = clock.next_step() {
         at = next;
         let done = phases.run("step", || step(crew, cast, at))?;
@@ -106,11 +112,16 @@ pub fn conduct(
             frame = (at.time / every * (1.0 + 1e-9)) as u32;
             let accounts = phases.run("output", || output(crew, cast, frame, at))?;
             observer.output(at, &accounts, phases.table())?;
+            shown_step = at.step;
         }
         if observer.is_stopped() {
             ending = Ending::Interrupted;
             break;
         }
+    }
+    // The end is shown, also where it falls between two outputs.
+    if shown_step != at.step {
+        phases.run("output", || output(crew, cast, frame + 1, at))?;
     }
     let accounts = phases.run("output", || stop_all(crew, cast))?;
     observer.output(at, &accounts, phases.table())?;

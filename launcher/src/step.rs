@@ -3,7 +3,7 @@
 //! All get their parts of a pass at once, so that within it only data wakes the next in turn. The Robin wall and the
 //! displacement prediction differ only in what the coupler sends on [`Part::Predict`].
 
-use protocol::case::Scheme;
+use protocol::case::{Scheme, Side};
 use protocol::control::{Order, Part, Reply, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 
@@ -14,6 +14,8 @@ use crate::processes::{Call, Crew};
 pub enum Cast {
     /// Water and structure, tied by the coupler.
     Coupled(Scheme),
+    /// The same with a recording, which the coupler reads, in the place of one of them.
+    Replayed(Scheme, Side),
     /// Water alone.
     FluidAlone,
     /// A structure alone.
@@ -81,19 +83,27 @@ const SETTLE: &[Turn] = &[("coupler", Part::Book), ("fluid", Part::Record), ("so
 /// # Errors
 /// The first failure of any participant.
 pub fn step(crew: &mut dyn Crew, cast: Cast, at: StepTime) -> Result<StepReport, Failure> {
-    match cast {
-        Cast::Coupled(Scheme::Parallel) => pass(crew, PARALLEL, at),
-        Cast::Coupled(Scheme::Strong) => {
-            let mut done = pass(crew, FIRST_PASS, at)?;
+    let (scheme, absent) = match cast {
+        Cast::Coupled(scheme) => (scheme, None),
+        Cast::Replayed(scheme, side) => (scheme, Some(side.role())),
+        Cast::FluidAlone => return pass(crew, &[("fluid", Part::Advance), ("fluid", Part::Record)], at),
+        Cast::SolidAlone => return pass(crew, &[("solid", Part::Advance), ("solid", Part::Record)], at),
+    };
+    let mut pass = |turns: &[Turn]| {
+        let present: Vec<Turn> = turns.iter().copied().filter(|turn| Some(turn.0) != absent).collect();
+        pass(crew, &present, at)
+    };
+    match scheme {
+        Scheme::Parallel => pass(PARALLEL),
+        Scheme::Strong => {
+            let mut done = pass(FIRST_PASS)?;
             while done.is_open {
-                done = pass(crew, ANOTHER_PASS, at)?;
+                done = pass(ANOTHER_PASS)?;
             }
-            done.merge(pass(crew, SETTLE, at)?);
+            done.merge(pass(SETTLE)?);
             Ok(done)
         }
-        Cast::Coupled(_) => pass(crew, SERIAL, at),
-        Cast::FluidAlone => pass(crew, &[("fluid", Part::Advance), ("fluid", Part::Record)], at),
-        Cast::SolidAlone => pass(crew, &[("solid", Part::Advance), ("solid", Part::Record)], at),
+        Scheme::Robin | Scheme::Css | Scheme::ToSolid | Scheme::ToFluid => pass(SERIAL),
     }
 }
 

@@ -1,3 +1,5 @@
+//! Sub-steps: an interval is crossed in equal parts, each of them by step halving.
+//!
 //! Step halving: an interval is crossed in one step if that works, else in halves down to 1/256, doubling back after
 //! each success.
 
@@ -33,6 +35,24 @@ pub(crate) fn cross(mut attempt: impl FnMut(f64, f64) -> Result<(), Trouble>) ->
     Ok((taken, failed))
 }
 
+/// Crosses an interval in equal parts, each as [`cross`] does.
+///
+/// # Errors
+/// As [`cross`].
+pub(crate) fn cross_in(
+    parts: u32,
+    mut attempt: impl FnMut(f64, f64) -> Result<(), Trouble>,
+) -> Result<(u32, u64), Trouble> {
+    let whole = f64::from(parts);
+    let (mut taken, mut failed) = (0, 0);
+    for part in 0..parts {
+        let first = f64::from(part);
+        let done = cross(|from, to| attempt((first + from) / whole, (first + to) / whole))?;
+        (taken, failed) = (taken + done.0, failed + done.1);
+    }
+    Ok((taken, failed))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +72,17 @@ mod tests {
         assert_eq!(failed, 3);
         assert_eq!(parts, [(0.0, 0.125), (0.125, 0.25), (0.25, 0.5), (0.5, 1.0)]);
         assert_eq!(taken, 4);
+    }
+
+    #[test]
+    fn equal_parts_follow_each_other() {
+        let mut parts = Vec::new();
+        let done = cross_in(4, |from, to| {
+            parts.push((from, to));
+            Ok(())
+        });
+        assert_eq!(done, Ok((4, 0)));
+        assert_eq!(parts, [(0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0)]);
     }
 
     #[test]

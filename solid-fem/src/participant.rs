@@ -44,6 +44,8 @@ struct Running {
     coupler: Option<CouplerLink>,
     /// The modes, for an analysis that asks for them.
     modes: Vec<Mode>,
+    /// Energy at the start and at the last output, J.
+    energy: [f64; 2],
 }
 
 /// The data link to the coupler and the last load that came over it.
@@ -128,7 +130,8 @@ impl Participant for FemSolid {
             count("solid_elements", solid.mesh().element_count()),
         ]);
         let admitted_dt = solid.admitted_dt();
-        self.running = Some(Running { solid, recorder, coupler, modes });
+        let energy = [solid.energies().total(); 2];
+        self.running = Some(Running { solid, recorder, coupler, modes, energy });
         Ok(Ready { counts, admitted_dt })
     }
 
@@ -152,7 +155,8 @@ impl Participant for FemSolid {
     }
 
     fn output(&mut self, frame: u32, at: StepTime) -> Result<(), Failure> {
-        let Running { solid, recorder, modes, .. } = self.running()?;
+        let Running { solid, recorder, modes, energy, .. } = self.running()?;
+        energy[1] = solid.energies().total();
         match mode_of(modes, at.time) {
             Some(mode) => recorder.output_mode(at.time.round(), mode, solid),
             // Before the first mode there is nothing to show.
@@ -162,7 +166,7 @@ impl Participant for FemSolid {
     }
 
     fn account(&self) -> Account {
-        let Some(Running { solid, .. }) = &self.running else { return Account::default() };
+        let Some(Running { solid, energy, .. }) = &self.running else { return Account::default() };
         let counts = solid.counts();
         let per_step = |count: u64| count as f64 / counts.steps.max(1) as f64;
         let health = [
@@ -174,6 +178,8 @@ impl Participant for FemSolid {
             ("solid_slept_steps", counts.slept as f64),
             ("solid_tangents", counts.tangents as f64),
             ("solid_factorizations", counts.factorizations as f64),
+            ("solid_energy_start_j", energy[0]),
+            ("solid_energy_j", energy[1]),
         ];
         let health = health.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         Account { phases: solid.phases(), health, ..Account::default() }
@@ -185,7 +191,7 @@ impl FemSolid {
     fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
         let is_static = self.settings.analysis == Analysis::Static;
         let folder = self.context.folder.clone();
-        let Running { solid, recorder, coupler, modes } = self.running()?;
+        let Running { solid, recorder, coupler, modes, .. } = self.running()?;
         if !modes.is_empty() {
             // The modes are known from the start.
             return Ok(StepReport::unlimited());

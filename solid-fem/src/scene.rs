@@ -56,6 +56,8 @@ pub struct Scene {
     pub integrator: Integrator,
     /// Residual over the largest of the forces in balance at which Newton's method stops.
     pub newton_tolerance: f64,
+    /// Longest step of the body, s; longer ones are taken in equal parts. `None`: as long as they are given.
+    pub max_dt: Option<f64>,
     /// Own loads, beside what the water does.
     pub loads: Vec<FaceLoad>,
     /// Forces at points.
@@ -122,6 +124,7 @@ impl Scene {
             stiffness_damping: 0.0,
             integrator: Integrator::default(),
             newton_tolerance: 1.5e-6,
+            max_dt: None,
             loads: Vec::new(),
             point_loads: Vec::new(),
         }

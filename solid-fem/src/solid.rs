@@ -161,7 +161,8 @@ impl Solid {
             return Ok(Advance { substeps: 1, newton_iterations: 0 });
         }
         let courant = self.courant(1.0);
-        let done = self.cross(dt, |body, from, to| {
+        let parts = self.scene.max_dt.map_or(1.0, |max_dt| (dt / max_dt * (1.0 - 1e-9)).ceil().max(1.0));
+        let done = self.cross((dt, parts as u32), |body, from, to| {
             let part = dt * (to - from);
             body.method = LinearMethod::for_courant(courant * part);
             let when = When { time: start + dt * to, fraction: to, weight: 1.0, own: 1.0 };
@@ -194,7 +195,7 @@ impl Solid {
 
     fn cross(
         &mut self,
-        dt: f64,
+        (dt, parts): (f64, u32),
         mut part: impl FnMut(&mut Body, f64, f64) -> Result<(), Trouble>,
     ) -> Result<Advance, SolidError> {
         let body = &mut self.body;
@@ -202,7 +203,7 @@ impl Solid {
         body.is_resting = false;
         let (step, end) = (body.counts.steps, body.state.time + dt);
         let iterations = body.counts.newton_iterations;
-        match halving::cross(|from, to| part(body, from, to)) {
+        match halving::cross_in(parts, |from, to| part(body, from, to)) {
             Ok((substeps, failed)) => {
                 body.counts.halvings += failed;
                 Ok(Advance { substeps, newton_iterations: body.counts.newton_iterations - iterations })
@@ -225,7 +226,7 @@ impl Solid {
         let body = &mut self.body;
         let (start, first) = (body.state.time, body.counts.steps == 1);
         body.method = LinearMethod::Cholesky;
-        self.cross(dt, |body, _, to| {
+        self.cross((dt, 1), |body, _, to| {
             let own = if first { to } else { 1.0 };
             let when = When { time: start + dt * to, fraction: to, weight: 1.0, own };
             step::static_step(body, Span { dt: f64::INFINITY, when })

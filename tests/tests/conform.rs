@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use tidewall_tests::programs::{program, workspace};
+use tidewall_tests::run::Stage;
 
 fn conform(name: &str, flaw: &str, case: Option<&Path>) -> Output {
     let mut command = Command::new(program("tidewall"));
@@ -35,4 +36,31 @@ fn a_program_that_breaks_it_is_told_where() {
     let output = Command::new(program("tidewall")).args(["conform", "/bin/true"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("no check report"));
+}
+
+/// Whether the Python in the path has the package the participants of `cases/participants` are written with.
+fn has_python_package() -> bool {
+    let python = Command::new("python3").args(["-c", "import iceoryx2"]).output();
+    python.is_ok_and(|output| output.status.success())
+}
+
+#[test]
+fn a_wall_written_in_python_keeps_the_contract_and_runs() {
+    if !has_python_package() {
+        println!("skipped: python3 with the package iceoryx2 (pip install iceoryx2==0.10.0) is not there");
+        return;
+    }
+    let folder = workspace().join("cases/participants");
+    let case = folder.join("spring-wall.toml");
+    let mut command = Command::new(program("tidewall"));
+    command.arg("conform").arg(folder.join("spring_wall.py")).arg("--case").arg(&case);
+    let output = command.output().expect("tidewall is built");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let stage = Stage::new(&std::fs::read_to_string(&case).expect("the case is there"));
+    let wall = format!("solid.program={}", folder.join("spring_wall.py").display());
+    let run = stage.run("run", &["--set", &wall]).expect_code(0).expect_no_trace();
+    let health = &run.json().health;
+    assert!(health["spring_wall_displacement_m"] > 5e-3, "the water pushes it: {health:?}");
+    assert!(health["work_mismatch"] < 0.02 && run.json().verdicts.is_empty(), "{health:?}");
 }

@@ -98,7 +98,8 @@ impl Rig {
         };
         let mapping = Mapping::new(settings.mapping, mesh.reference_position(), &surface).unwrap();
         let still = vec![0.0; 2 * mesh.node_count()];
-        let motion = FluidMotion::new(&settings, (false, false), mesh.reference_position(), &still);
+        let motion =
+            FluidMotion::new((settings.scheme, &settings), (false, false), mesh.reference_position(), &still);
         let response_mass = vec![settings.robin_factor * areal_mass; mesh.node_count()];
         let body = mesh.body_mesh(response_mass, motion.response());
         let tank =

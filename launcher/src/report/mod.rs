@@ -1,5 +1,6 @@
 //! `report.html`: one self-contained page for a run, or one comparing several.
 
+mod energy;
 mod page;
 mod picture;
 mod scene;

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use super::energy;
 use super::picture::{self, View};
 use super::scene::Scene;
 use super::svg::{Band, Line, Plot, escape};
@@ -44,6 +45,7 @@ pub(super) fn of_run(scene: &Scene) -> String {
     }
     body += &pictures(scene);
     body += &ledger(scene);
+    body += &energy::balance(json);
     body += &phases(json);
     body += &left_out(json);
     body += &health(json);
@@ -272,8 +274,23 @@ fn ledger(scene: &Scene) -> String {
     let Some((_, table)) = scene.series.iter().find(|series| series.0 == "interface") else {
         return String::new();
     };
-    let plots: [(&str, &[(&str, &str)]); 3] = [
-        ("Load on the structure along x", &[("fx_n", "pair reaction"), ("marker_fx_n", "marker pressures")]),
+    let plots: [(&str, &[(&str, &str)]); 5] = [
+        (
+            "Load on the structure along x",
+            &[
+                ("fx_n", "pair reaction"),
+                ("marker_fx_n", "marker pressures"),
+                ("solid_fx_n", "felt by the structure"),
+            ],
+        ),
+        (
+            "Moment about the origin",
+            &[("mz_nm", "given by the water"), ("solid_mz_nm", "felt by the structure")],
+        ),
+        (
+            "Impulse along x",
+            &[("impulse_x_ns", "given by the water"), ("solid_impulse_x_ns", "taken by the structure")],
+        ),
         (
             "Work over the interface",
             &[("work_fluid_j", "given by the water"), ("work_solid_j", "taken by the structure")],

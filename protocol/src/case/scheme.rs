@@ -1,4 +1,5 @@
-//! `[coupling] scheme`: the part of it the launcher must know, as it gives the turns of a step.
+//! `[coupling]` as far as the launcher must know it: the scheme, as it gives the turns of a step, and which side is a
+//! recording, as it starts the others only.
 
 use serde::{Deserialize, Serialize};
 
@@ -49,5 +50,59 @@ impl Scheme {
     /// Its word in the case file.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, scheme)| *scheme == self).expect("every scheme has a name").0
+    }
+}
+
+/// One side of the interface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The water.
+    Fluid,
+    /// The structure.
+    Solid,
+}
+
+impl Side {
+    /// The role in whose place the recording stands.
+    pub fn role(self) -> &'static str {
+        match self {
+            Self::Fluid => "fluid",
+            Self::Solid => "solid",
+        }
+    }
+}
+
+/// `[coupling] replay`: a recording in the place of one side.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Replayed {
+    /// The file, relative to the case.
+    pub file: String,
+    /// The side.
+    pub side: Side,
+}
+
+impl Replayed {
+    /// Reads the keys; `None` where there is no recording.
+    pub(super) fn read(case: &CaseFile) -> Option<Self> {
+        let section = case.section_or_default("coupling");
+        let file = section
+            .text("replay")
+            .about("interface.rec of another run (relative to the case), in the place of one side, which is not started then.")
+            .optional();
+        let side = section
+            .choice("replay_of", &["fluid", "solid"])
+            .about("replay: the side that is a recording; fluid: its loads act on the solid; solid: its motion acts on the water.")
+            .optional();
+        match (file, side) {
+            (Some(file), Some(side)) => {
+                Some(Self { file, side: if side == "fluid" { Side::Fluid } else { Side::Solid } })
+            }
+            (None, None) => None,
+            _ => {
+                let hint = "Write both, or neither.";
+                section.complain("replay", "replay and replay_of belong together", "both or neither", hint);
+                None
+            }
+        }
     }
 }

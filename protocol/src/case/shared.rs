@@ -5,7 +5,7 @@ use super::file::CaseFile;
 use super::gauge::Gauge;
 use super::outline::{FluidOutline, SolidOutline, read_fluid_outline, read_outline};
 use super::reference::Reference;
-use super::scheme::Scheme;
+use super::scheme::{Replayed, Scheme};
 use super::section::Section;
 
 /// `[case]`.
@@ -89,6 +89,8 @@ pub struct Shared {
     pub fluid: Option<FluidOutline>,
     /// `[coupling] scheme`; in a scene without coupling the default, which nobody asks for.
     pub scheme: Scheme,
+    /// `[coupling] replay`, where one side is a recording.
+    pub replay: Option<Replayed>,
 }
 
 /// Every section a case may have.
@@ -125,7 +127,8 @@ impl Shared {
         let fluid = case.section("fluid").map(|section| read_fluid_outline(&section, dimension));
         let is_coupled = solid.is_some() && fluid.is_some();
         let scheme = if is_coupled { Scheme::read(case) } else { Scheme::default() };
-        Self { header, domain, gravity, time, output, gauges, references, solid, fluid, scheme }
+        let replay = if is_coupled { Replayed::read(case) } else { None };
+        Self { header, domain, gravity, time, output, gauges, references, solid, fluid, scheme, replay }
     }
 }
 

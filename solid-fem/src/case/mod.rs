@@ -14,7 +14,7 @@ use crate::scene::Scene;
 pub use check::check;
 
 /// Keys of an elastic body, which a rigid one has no use for.
-pub(crate) const ELASTIC_KEYS: [&str; 20] = [
+pub(crate) const ELASTIC_KEYS: [&str; 21] = [
     "young_modulus",
     "poisson_ratio",
     "material",
@@ -29,6 +29,7 @@ pub(crate) const ELASTIC_KEYS: [&str; 20] = [
     "newmark_gamma",
     "newmark_beta",
     "newton_tolerance",
+    "max_dt",
     "rollers",
     "support",
     "weight",

@@ -9,6 +9,10 @@ use crate::scene::Scene;
 pub(super) fn read(section: &Section<'_>, scene: &mut Scene) {
     read_element(section, scene);
     scene.integrator = read_integrator(section);
+    let max_dt = section.number("max_dt").unit("s").above(0.0);
+    scene.max_dt = max_dt
+        .about("Longest step of the body; a longer coupling step is taken in equal parts, the load linear over it.")
+        .optional();
     let tolerance = section.number("newton_tolerance").above(0.0).below(0.1);
     scene.newton_tolerance =
         tolerance.about("Residual over the largest force at which Newton's method stops.").default(1.5e-6);
