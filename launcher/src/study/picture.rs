@@ -119,9 +119,13 @@ fn panel(title: &str, x_label: &str, marks: &[Mark<'_>]) -> String {
     svg
 }
 
-/// The labels, each moved up or down until it covers no other.
+/// The labels, each moved up or down until it covers no other and no mark.
 fn labels(svg: &mut String, marks: &[Mark<'_>], place: &dyn Fn((f64, f64)) -> (f64, f64)) {
-    let mut taken: Vec<(f64, f64, f64)> = Vec::new();
+    let around = |mark: &Mark<'_>| {
+        let (x, y) = place(mark.at);
+        (x - 6.0, x + 6.0, y + 4.0)
+    };
+    let mut taken: Vec<(f64, f64, f64)> = marks.iter().map(around).collect();
     for mark in marks {
         let (x, y) = place(mark.at);
         let width = LETTER * mark.label.chars().count() as f64;
@@ -137,7 +141,8 @@ fn labels(svg: &mut String, marks: &[Mark<'_>], place: &dyn Fn((f64, f64)) -> (f
         let at = moves.map(|shift| y + 4.0 + shift).find(|&at| is_free(at)).unwrap_or(y + 4.0);
         taken.push((start, start + width, at));
         let label = escape(mark.label);
-        let _ = write!(svg, "<text x=\"{start:.1}\" y=\"{at:.1}\">{label}</text>");
+        let (anchor, edge) = if is_left { ("end", x - 11.0) } else { ("start", start) };
+        let _ = write!(svg, "<text x=\"{edge:.1}\" y=\"{at:.1}\" text-anchor=\"{anchor}\">{label}</text>");
     }
 }
 
