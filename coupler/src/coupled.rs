@@ -51,6 +51,7 @@ pub(crate) struct Coupled {
     pub(crate) solid_position: Vec<f64>,
     pub(crate) ledger: Ledger,
     pub(crate) jump: LoadJump,
+    least_work: f64,
     pub(crate) clock: PhaseClock,
     pub(crate) fluid_link: Box<dyn Link<f64>>,
     pub(crate) solid_link: Box<dyn Link<f64>>,
@@ -129,6 +130,7 @@ impl Coupled {
             solid_position: vec![0.0; surface.node_count() * dimension],
             ledger: Ledger::create(&context.folder, dimension, shared.output.series_every)?,
             jump: LoadJump::new(hydrostatic_load(shared, &dummy), settings.ledger_window),
+            least_work: guard::LEAST_WORK * hydrostatic_load(shared, &dummy) * depth(shared),
             clock: PhaseClock::default(),
             displacement_before: solid.displacement.clone(),
             recorder: settings.record.then(|| begin_record(context, &surface, &solid)).transpose()?,
@@ -187,7 +189,8 @@ impl Coupled {
             return None;
         }
         let jumps = self.jump.diverges() || self.jump.greatest() > guard::UNSTABLE;
-        let unstable = jumps || self.ledger.work_mismatch() > guard::MISMATCH;
+        let is_large = self.ledger.work_difference() > self.least_work;
+        let unstable = jumps || (is_large && self.ledger.work_mismatch() > guard::MISMATCH);
         unstable.then(|| "unstable_coupling".to_owned())
     }
 
@@ -257,7 +260,12 @@ fn hydrostatic_load(shared: &Shared, dummy: &DummyMesh) -> f64 {
     let Some(fluid) = &shared.fluid else { return 0.0 };
     let gravity =
         shared.gravity.as_ref().map_or(0.0, |g| g.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt());
-    let top = fluid.regions.iter().map(|region| region.max[1]).fold(0.0, f64::max);
-    let floor = shared.domain.as_ref().map_or(0.0, |domain| domain.region.min[1]);
-    fluid.density * gravity * (top - floor) * total_area(dummy.facets(), dummy.reference_position())
+    fluid.density * gravity * depth(shared) * total_area(dummy.facets(), dummy.reference_position())
+}
+
+/// H, from the floor to the top of the water at the start, m.
+fn depth(shared: &Shared) -> f64 {
+    let regions = shared.fluid.iter().flat_map(|fluid| &fluid.regions);
+    let top = regions.map(|region| region.max[1]).fold(0.0, f64::max);
+    top - shared.domain.as_ref().map_or(0.0, |domain| domain.region.min[1])
 }

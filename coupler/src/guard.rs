@@ -8,6 +8,10 @@ pub const RESTLESS: f64 = 0.5;
 pub const UNSTABLE: f64 = 1.0;
 /// Work mismatch above which the verdict is `unstable_coupling`.
 pub const MISMATCH: f64 = 0.1;
+/// Difference of the works, of the hydrostatic load times the depth of the water, below which no mismatch is worth speaking of.
+pub const LEAST_WORK: f64 = 1e-6;
+/// Loads below this share of the hydrostatic one are splashes: what they jump by is measured against the share.
+const SPLASH: f64 = 0.05;
 /// Growth of the load per step that, with alternating sign, counts towards divergence.
 const GROWTH: f64 = 1.3;
 /// Steps of alternating growth after which the run cannot be saved.
@@ -18,15 +22,18 @@ const LEAST: usize = 20;
 /// bears no tension: an unstable load alternates with none at all and need not change its sign.
 const SWINGS: u32 = 4;
 
-/// Load jump J = rms(F_n - F_n-1) / rms(F_n) of the total load, running over the last wet steps and over a window.
+/// Load jump J = rms(F_n - F_n-1) / rms(F_n) of the total load, running over the last wet steps and over a window; rms(F_n)
+/// at least that of a splash.
 #[derive(Debug, Clone)]
 pub struct LoadJump {
     floor: f64,
+    splash: f64,
     last: Option<[f64; 3]>,
     ring: Vec<(f64, f64)>,
     next: usize,
     window: (f64, f64),
     sums: (f64, f64),
+    summed: usize,
     growing: u32,
     last_jump: [f64; 3],
     swings: u32,
@@ -46,11 +53,13 @@ impl LoadJump {
         let floor = 1e-3 * hydrostatic;
         Self {
             floor,
+            splash: SPLASH * hydrostatic,
             last: None,
             ring,
             next: 0,
             window,
             sums: (0.0, 0.0),
+            summed: 0,
             growing: 0,
             last_jump: [0.0; 3],
             swings: 0,
@@ -78,6 +87,7 @@ impl LoadJump {
         }
         if self.window.0 <= time && time <= self.window.1 {
             self.sums = (self.sums.0 + entry.0, self.sums.1 + entry.1);
+            self.summed += 1;
         }
         // Loads below the hydrostatic ones cannot be a divergence yet.
         let alternates = dot(load, last) < 0.0 && square > (1e3 * self.floor).powi(2);
@@ -103,13 +113,18 @@ impl LoadJump {
 
     /// J over the last wet steps.
     pub fn running(&self) -> f64 {
-        let (jump, load) = self.ring.iter().fold((0.0, 0.0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
-        if load > 0.0 { (jump / load).sqrt() } else { 0.0 }
+        let sums = self.ring.iter().fold((0.0, 0.0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
+        self.ratio(sums, self.ring.len())
     }
 
     /// J over the window of time.
     pub fn mean(&self) -> f64 {
-        if self.sums.1 > 0.0 { (self.sums.0 / self.sums.1).sqrt() } else { 0.0 }
+        self.ratio(self.sums, self.summed)
+    }
+
+    fn ratio(&self, (jump, load): (f64, f64), steps: usize) -> f64 {
+        let load = load.max(steps as f64 * self.splash * self.splash);
+        if load > 0.0 { (jump / load).sqrt() } else { 0.0 }
     }
 
     /// Greatest running J so far, over full windows.
@@ -164,6 +179,8 @@ mod tests {
         let mut forgetful = alternating;
         forgetful.forget();
         assert!(!forgetful.is_restless() && forgetful.greatest() > UNSTABLE);
+        // A splash is not judged by what little it weighs.
+        assert!(jump_of(|step| 5e-3 * (-1.0_f64).powi(step as i32)).greatest() < 0.25);
         // Water that bears no tension pushes at every other step: seen after a few.
         let mut slapping = LoadJump::new(1.0, (0.0, 1e9));
         (0..6).for_each(|step| slapping.book(f64::from(step), [f64::from(step % 2), 0.0, 0.0]));

@@ -168,7 +168,12 @@ impl Ledger {
 
     /// |W_fluid - W_solid| / sum |F . du|: what staggering in time has cost so far.
     pub fn work_mismatch(&self) -> f64 {
-        relative((self.totals.fluid_work - self.totals.solid_work).abs(), self.totals.absolute_work)
+        relative(self.work_difference(), self.totals.absolute_work)
+    }
+
+    /// |W_fluid - W_solid|, J.
+    pub fn work_difference(&self) -> f64 {
+        (self.totals.fluid_work - self.totals.solid_work).abs()
     }
 
     /// Brings the series to the disk.
