@@ -1,6 +1,5 @@
 //! Bodies and solids made by hand for the tests.
 
-use fluid_isph::scene::{Scene, Tank, WaterBox};
 use protocol::interface::{BodyMesh, Facets, Response};
 
 /// A horizontal plate from x = 0 to `length` m, its upper face at y = 0, `thickness` m thick, wet above only; in 3-D
@@ -48,17 +47,7 @@ pub(crate) fn floor_plate(
     }
 }
 
-/// A column of water `height` m high on a floor plate, between walls; the tank has no floor of its own.
-#[allow(dead_code, reason = "each test file uses its part")]
-pub(crate) fn column_on_plate(width: f64, height: f64, thickness: f64, spacing: f64) -> Scene<2> {
-    let tank =
-        Tank { min: [0.0, -2.0 * thickness], max: [width, 2.0 * height], open: [[false; 2], [true; 2]] };
-    let water = WaterBox { min: [0.0; 2], max: [width, height], velocity: [0.0; 2] };
-    Scene::new(tank, vec![water], spacing)
-}
-
 /// An upright plate on the floor, `thickness` x `height` m with its left face at x, wet on both faces and the top.
-#[allow(dead_code, reason = "each test file uses its part")]
 pub(crate) fn upright_plate(
     (x, thickness, height): (f64, f64, f64),
     cells: usize,
