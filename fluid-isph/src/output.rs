@@ -93,7 +93,10 @@ fn measure<const D: usize>(kind: &GaugeKind, fluid: &Fluid<D>, values: &mut Vec<
     let at = |point: &[f64]| -> Vector<D> { std::array::from_fn(|k| point[k]) };
     let tank = &fluid.scene().tank;
     match kind {
-        GaugeKind::Pressure { point } => values.push(fluid.pressure_at(&at(point))),
+        GaugeKind::Pressure { points } => {
+            let sum: f64 = points.iter().map(|point| fluid.pressure_at(&at(point))).sum();
+            values.push(sum / points.len() as f64);
+        }
         GaugeKind::Front { axis } => {
             let front = fluid.front(*axis, true);
             values.push(if front.is_nan() { tank.min[*axis] } else { front });

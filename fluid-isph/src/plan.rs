@@ -8,7 +8,7 @@ use crate::case::{NAME, resolve};
 use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::lattice::Lattice;
-use crate::scene::{Scene, WallFriction};
+use crate::scene::{Scene, Tank, WallFriction};
 use crate::time_step::StepLimits;
 use crate::vector::norm;
 
@@ -46,13 +46,8 @@ fn check_gauges<const D: usize>(case: &CaseFile, shared: &Shared, scene: &Scene<
     let tank = &scene.tank;
     for gauge in &shared.gauges {
         let message = match &gauge.kind {
-            GaugeKind::Pressure { point } | GaugeKind::WaterLevel { point } => {
-                let outside = (0..D).any(|k| {
-                    let tolerance = 1e-6 * (tank.max[k] - tank.min[k]);
-                    point[k] < tank.min[k] - tolerance || point[k] > tank.max[k] + tolerance
-                });
-                outside.then(|| format!("the point {point:?} lies outside the domain"))
-            }
+            GaugeKind::Pressure { points } => first_outside(tank, points),
+            GaugeKind::WaterLevel { point } => first_outside(tank, std::slice::from_ref(point)),
             GaugeKind::Force { on } if on == "body" => {
                 shared.solid.is_none().then(|| "there is no body to measure the force on".to_owned())
             }
@@ -74,6 +69,17 @@ fn check_gauges<const D: usize>(case: &CaseFile, shared: &Shared, scene: &Scene<
             });
         }
     }
+}
+
+/// What to say of the first of `points` (`[n, D]` m) outside the domain, if there is one.
+fn first_outside<const D: usize>(tank: &Tank<D>, points: &[Vec<f64>]) -> Option<String> {
+    let is_outside = |point: &&Vec<f64>| {
+        (0..D).any(|k| {
+            let tolerance = 1e-6 * (tank.max[k] - tank.min[k]);
+            point[k] < tank.min[k] - tolerance || point[k] > tank.max[k] + tolerance
+        })
+    };
+    points.iter().find(is_outside).map(|point| format!("the point {point:?} lies outside the domain"))
 }
 
 fn figures<const D: usize>(

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use protocol::case::{Norm, Reference, Shared, Target};
 use serde::{Deserialize, Serialize};
 
+use crate::running_mean::{noise, running_mean};
+
 /// A series or a curve: columns by name over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
@@ -95,7 +97,10 @@ pub fn curve_path(case: &Path, file: &str) -> PathBuf {
 
 fn error_of(folder: &Path, reference: &Reference, case: &Path) -> Option<ErrorEntry> {
     let series = Table::read(&folder.join("series").join(format!("{}.csv", reference.gauge))).ok()?;
-    let series = series.column(&reference.column)?;
+    let mut series = series.column(&reference.column)?;
+    if let Some(length) = reference.running_mean.filter(|_| reference.norm != Norm::Noise) {
+        series = running_mean(&series, length);
+    }
     let last = series.last()?.0;
     let window: Vec<_> =
         series.iter().copied().filter(|row| reference.from <= row.0 && row.0 <= reference.to).collect();
@@ -105,7 +110,6 @@ fn error_of(folder: &Path, reference: &Reference, case: &Path) -> Option<ErrorEn
         Target::Curve { file, column, band } => {
             let columns = [Some(column), band.as_ref().map(|b| &b.0), band.as_ref().map(|b| &b.1)];
             let curves = load_curve(&curve_path(case, file), &columns.map(|c| c.map(String::as_str))).ok()?;
-            let mut series = series;
             if reference.at_curve {
                 let times = curves[0].iter().map(|row| row.0);
                 instants = times.filter(|&t| reference.from <= t && t <= reference.to.min(last)).collect();
@@ -167,6 +171,7 @@ fn against_value(
         Norm::Final => window.last()?.1,
         Norm::Frequency => frequency(window, reference.level.unwrap_or_else(|| time_mean(window)))?,
         Norm::Decay => decay_rate(window)?,
+        Norm::Noise => noise(series, reference.running_mean?, (reference.from, reference.to))?,
         Norm::MaxAbs => {
             let greatest = window.iter().map(|row| (row.1 - expected).abs()).fold(0.0, f64::max);
             return Some((greatest, greatest, Some(expected)));
@@ -208,7 +213,13 @@ fn against_curve(
             Some((rms, rms, None))
         }
         // One number each: that of the curve, taken in the same way.
-        Norm::Peak | Norm::Crossing | Norm::Mean | Norm::Final | Norm::Frequency | Norm::Decay => {
+        Norm::Peak
+        | Norm::Crossing
+        | Norm::Mean
+        | Norm::Final
+        | Norm::Frequency
+        | Norm::Decay
+        | Norm::Noise => {
             let (from, to) = (instants.first()?, instants.last()?);
             let inside = |row: &&(f64, f64)| *from <= row.0 && row.0 <= *to;
             let expected_rows: Vec<_> = curve.iter().filter(inside).copied().collect();
@@ -291,6 +302,7 @@ mod tests {
             norm,
             target,
             level: Some(0.5),
+            running_mean: None,
             margin: 0.1,
             from: 0.0,
             to: 1.0,
@@ -356,6 +368,28 @@ mod tests {
         let found = error_of(folder.path(), &wanted, &folder.path().join("case.toml")).unwrap();
         // 0.5 against 0.3 and 1 against 1, the trapezoidal mean; the third row lies beyond the run.
         assert!((found.value - 0.1).abs() < 1e-12 && (found.from_s, found.to_s) == (0.5, 1.0), "{found:?}");
+    }
+
+    #[test]
+    fn a_running_mean_takes_the_place_of_the_series() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("series")).unwrap();
+        let rows: String = (0..=100).map(|i| format!("{},{}\n", f64::from(i) / 100.0, i % 2)).collect();
+        std::fs::write(folder.path().join("series/g.csv"), format!("time_s,p_pa\n{rows}")).unwrap();
+        let found = |norm| {
+            let wanted = Reference {
+                column: "p_pa".to_owned(),
+                running_mean: Some(0.1),
+                from: 0.1,
+                to: 0.9,
+                ..reference(norm, Target::Value(0.0))
+            };
+            error_of(folder.path(), &wanted, &folder.path().join("case.toml")).unwrap()
+        };
+        // 10 or 11 rows of 0 and 1 in turn: the mean is 0.45 to 0.55, and what departs from it is 0.45 to 0.55.
+        assert!((found(Norm::Peak).measured - 0.5).abs() < 0.06);
+        let noise = found(Norm::Noise);
+        assert!((noise.measured - 1.0).abs() < 0.11 && noise.unit.is_empty(), "{noise:?}");
     }
 
     #[test]

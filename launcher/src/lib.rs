@@ -18,6 +18,7 @@ pub mod progress;
 pub mod report;
 pub mod run;
 pub mod run_json;
+pub mod running_mean;
 pub mod step;
 pub mod stress;
 pub mod study;

@@ -91,6 +91,10 @@ on = "bottom"
 [[gauge]]
 name = "d"
 kind = "energy"
+[[gauge]]
+name = "e"
+kind = "pressure"
+point = MIDDLE
 [[reference]]
 gauge = "a"
 column = "ux_m"

@@ -14,10 +14,10 @@ pub enum GaugeKind {
     Reaction,
     /// Solid: natural frequency of the mode of each step (`f_hz`), for analysis = "modes".
     Frequency,
-    /// Fluid: pressure at a point, also of a wall (`p_pa`).
+    /// Fluid: mean pressure over points, also of a wall (`p_pa`).
     Pressure {
-        /// `[D]` m.
-        point: Vec<f64>,
+        /// `[points, D]` m.
+        points: Vec<Vec<f64>>,
     },
     /// Fluid: farthest water along an axis (`x_m`).
     Front {
@@ -105,7 +105,11 @@ impl Gauge {
                 "displacement" => GaugeKind::Displacement { point: point() },
                 "reaction" => GaugeKind::Reaction,
                 "frequency" => GaugeKind::Frequency,
-                "pressure" => GaugeKind::Pressure { point: point() },
+                "pressure" => {
+                    let about = "pressure: points over which a sensor takes the mean; replaces point.";
+                    let points = section.rows("points", dimension, "m", about);
+                    GaugeKind::Pressure { points: points.unwrap_or_else(|| vec![point()]) }
+                }
                 "front" => {
                     let axis =
                         section.choice("axis", &["x", "y", "z"][..dimension]).about("Along which axis.");

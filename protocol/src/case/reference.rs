@@ -25,13 +25,25 @@ pub enum Norm {
     Frequency,
     /// Rate r of the decay exp(-r t) that fits the absolute values best, minus the expected one, 1/s.
     Decay,
+    /// Root mean square about the running mean, over the mean of the window.
+    Noise,
 }
 
 impl Norm {
     /// The names in the case file, in the order of the variants.
-    pub const NAMES: [&'static str; 9] =
-        ["rms", "peak", "crossing", "share_inside", "mean", "final", "max_abs", "frequency", "decay"];
-    const ALL: [Self; 9] = [
+    pub const NAMES: [&'static str; 10] = [
+        "rms",
+        "peak",
+        "crossing",
+        "share_inside",
+        "mean",
+        "final",
+        "max_abs",
+        "frequency",
+        "decay",
+        "noise",
+    ];
+    const ALL: [Self; 10] = [
         Self::Rms,
         Self::Peak,
         Self::Crossing,
@@ -41,6 +53,7 @@ impl Norm {
         Self::MaxAbs,
         Self::Frequency,
         Self::Decay,
+        Self::Noise,
     ];
 
     /// The name in the case file.
@@ -54,6 +67,7 @@ impl Norm {
             Self::Crossing => Some("s"),
             Self::Frequency => Some("Hz"),
             Self::Decay => Some("1/s"),
+            Self::Noise => Some(""),
             _ => None,
         }
     }
@@ -90,6 +104,8 @@ pub struct Reference {
     pub target: Target,
     /// Level of a crossing, in the column's unit.
     pub level: Option<f64>,
+    /// Length of the running mean that takes the series' place (of `noise`: that it is compared with), s.
+    pub running_mean: Option<f64>,
     /// Widening of the band on both sides, in the column's unit.
     pub margin: f64,
     /// Window, s.
@@ -123,7 +139,7 @@ impl Reference {
         let label = section.text("label").about("What it is compared with, for the report.").required();
         let norm = section
             .choice("norm", &Norm::NAMES)
-            .about("rms of the difference | greatest value | time of passing a level | share inside a band | mean | last value | greatest absolute value | frequency in Hz | rate of decay in 1/s.")
+            .about("rms of the difference | greatest value | time of passing a level | share inside a band | mean | last value | greatest absolute value | frequency in Hz | rate of decay in 1/s | rms about the running mean, over the mean.")
             .required();
         let norm = Norm::ALL[Norm::NAMES.iter().position(|&name| name == norm).unwrap_or_default()];
         let target = Self::read_target(section, norm);
@@ -133,6 +149,20 @@ impl Reference {
             .optional();
         if norm == Norm::Crossing && level.is_none() {
             section.complain("level", "is missing", "a number", "A crossing needs the level to pass.");
+        }
+        let running_mean = section
+            .number("running_mean")
+            .unit("s")
+            .above(0.0)
+            .about("Length of the running mean that is compared in place of the series; noise: that the series departs from.")
+            .optional();
+        if norm == Norm::Noise && running_mean.is_none() {
+            section.complain(
+                "running_mean",
+                "is missing",
+                "a number > 0 in s",
+                "Noise departs from a running mean.",
+            );
         }
         let margin = section
             .number("margin")
@@ -161,7 +191,22 @@ impl Reference {
         );
         section.finish();
         let to = to.unwrap_or(f64::INFINITY);
-        Self { gauge, column, label, norm, target, level, margin, from, to, every, at_curve, relative, gate }
+        Self {
+            gauge,
+            column,
+            label,
+            norm,
+            target,
+            level,
+            running_mean,
+            margin,
+            from,
+            to,
+            every,
+            at_curve,
+            relative,
+            gate,
+        }
     }
 
     fn read_target(section: &Section<'_>, norm: Norm) -> Target {
@@ -174,7 +219,7 @@ impl Reference {
         match (value, file, column) {
             (Some(value), None, None) => Target::Value(value),
             (None, Some(file), Some(column)) => Target::Curve { file, column, band: low.zip(high) },
-            (None, None, None) if norm == Norm::MaxAbs => Target::Value(0.0),
+            (None, None, None) if matches!(norm, Norm::MaxAbs | Norm::Noise) => Target::Value(0.0),
             _ => {
                 section.complain(
                     "value",
