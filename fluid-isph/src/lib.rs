@@ -28,6 +28,8 @@ pub mod kernel;
 pub mod kernel_shape;
 pub mod lanes;
 pub mod lattice;
+#[cfg(test)]
+mod leave_out;
 pub mod markers;
 pub mod neighbours;
 pub mod obstacle;

@@ -11,6 +11,7 @@ use crate::fluid::{Fluid, PressureLevel};
 use crate::markers::PressureField;
 use crate::parallel::{CHUNK, LIGHT, chunk_count};
 use crate::particles::four_lanes;
+use crate::pressure::conjugate_gradient::Accuracy;
 use crate::source::{SURFACE_DENSITY, SourceTerm, assemble_source, surface_density};
 use crate::time_step::{LARGEST_MOVE, largest_speed};
 use crate::vector::{Vector, add_scaled, dot, sub};
@@ -118,11 +119,16 @@ impl<const D: usize> Fluid<D> {
         });
     }
 
+    /// alpha rho0 / dt^2 of (9), kg/(m3 s2).
+    fn density_factor(&self, dt: f64) -> f64 {
+        self.scene.source.alpha(dt) * self.scene.reference_density / (dt * dt)
+    }
+
     pub(crate) fn assemble_source(&mut self, dt: f64) {
         let rho = self.scene.reference_density;
         let term = SourceTerm {
             divergence_factor: rho / dt,
-            density_factor: self.scene.source.alpha(dt) * rho / (dt * dt),
+            density_factor: self.density_factor(dt),
             lattice_density: self.kernel.lattice_density,
         };
         let water = (&self.water, self.grid.part());
@@ -155,14 +161,24 @@ impl<const D: usize> Fluid<D> {
         });
     }
 
+    fn accuracy(&self, dt: f64) -> Accuracy {
+        let scene = &self.scene;
+        // Places are whole parts, so n_i/n0 of a perfect lattice departs from 1 by about a part over a spacing. Water that
+        // nothing drives has no other source, and would have it solved for anew in every step.
+        let parts = self.grid.part() / self.spacing;
+        Accuracy {
+            tolerance: if self.has_passes { scene.pass_tolerance } else { scene.pressure_tolerance },
+            rounding: self.density_factor(dt) * parts * (self.water.len() as f64).sqrt(),
+        }
+    }
+
     /// Solves the pressure equation and settles what its level and negative values mean.
     pub(crate) fn solve_pressure(&mut self, dt: f64) -> Result<(), StepFault> {
         self.guess_pressure(dt);
+        let accuracy = self.accuracy(dt);
         let mut pressure = std::mem::take(&mut self.water.pressure);
         let system = (&self.water, &self.matrix, &mut self.preconditioner);
-        let tolerance =
-            if self.has_passes { self.scene.pass_tolerance } else { self.scene.pressure_tolerance };
-        let solved = self.solver.solve(system, &self.source, &mut pressure, tolerance);
+        let solved = self.solver.solve(system, &self.source, &mut pressure, accuracy);
         match self.pressure_level {
             PressureLevel::Clamped => {
                 let clamp = |pressure: &mut [f32]| {

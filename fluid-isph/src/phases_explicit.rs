@@ -3,6 +3,7 @@
 use crate::error::StepFault;
 use crate::fluid::{Fluid, PressureLevel};
 use crate::particles::four_lanes;
+use crate::pressure::conjugate_gradient::Accuracy;
 use crate::source::{SourceTerm, assemble_source};
 use crate::weakly_compressible::{Explicit, Surroundings, WeaklyCompressible};
 
@@ -25,7 +26,8 @@ impl<const D: usize> Fluid<D> {
         std::mem::swap(&mut self.start_velocity, &mut self.water.velocity);
         let mut pressure = vec![0.0; self.water.len()];
         let system = (&self.water, &self.matrix, &mut self.preconditioner);
-        self.solver.solve(system, &self.source, &mut pressure, START_TOLERANCE)?;
+        let accuracy = Accuracy { tolerance: START_TOLERANCE, rounding: 0.0 };
+        self.solver.solve(system, &self.source, &mut pressure, accuracy)?;
         let least = match self.pressure_level {
             PressureLevel::Shifted => pressure.iter().copied().fold(f32::INFINITY, f32::min),
             PressureLevel::Clamped | PressureLevel::Free => 0.0,

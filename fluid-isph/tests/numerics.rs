@@ -149,18 +149,6 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-#[test]
-fn what_a_scene_does_not_have_is_not_run() {
-    let names = |fluid: &Fluid<2>| fluid.phases().into_iter().map(|phase| phase.name).collect::<Vec<_>>();
-    let bare = names(&run(dam(0.04, 0.0), 1));
-    for absent in ["viscosity", "eddy viscosity", "place body", "load"] {
-        assert!(!bare.iter().any(|name| name == absent), "{absent} in {bare:?}");
-    }
-    let mut scene = dam(0.04, 0.0);
-    scene.smagorinsky = Some(0.1);
-    assert!(names(&run(scene, 1)).iter().any(|name| name == "eddy viscosity"));
-}
-
 /// A closed tank full of water has no free surface: pressure only up to a constant, no clamp.
 #[test]
 fn a_full_tank_has_no_level_and_stays_finite() {

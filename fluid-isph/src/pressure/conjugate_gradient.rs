@@ -22,6 +22,15 @@ pub struct ConjugateGradient {
     partial: Vec<f64>,
 }
 
+/// When a solve is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Largest |r| / |b|.
+    pub tolerance: f64,
+    /// A right side with |b| up to this is what rounding leaves of zero, and its answer is zero, Pa/m2.
+    pub rounding: f64,
+}
+
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
@@ -32,7 +41,7 @@ pub struct Solved {
 }
 
 impl ConjugateGradient {
-    /// Solves A p = b from the first guess in `pressure` until |r| <= tolerance |b|.
+    /// Solves A p = b from the first guess in `pressure` until |r| <= tolerance |b|; p = 0 for a b of mere rounding.
     ///
     /// # Errors
     /// [`StepFault::PressureSolveStalled`] after 500 iterations, [`StepFault::NonFinite`].
@@ -41,14 +50,14 @@ impl ConjugateGradient {
         (water, matrix, preconditioner): (&Water<D>, &PressureMatrix, &mut Preconditioner<D>),
         source: &[f32],
         pressure: &mut [f32],
-        tolerance: f64,
+        Accuracy { tolerance, rounding }: Accuracy,
     ) -> Result<Solved, StepFault> {
         self.resize(source.len());
         let source_norm = sum_of_squares(source, &mut self.partial).sqrt();
         if !source_norm.is_finite() {
             return Err(StepFault::NonFinite { what: "source of the pressure equation" });
         }
-        if source_norm == 0.0 {
+        if source_norm <= rounding {
             pressure.fill(0.0);
             return Ok(Solved { iterations: 0, residual: 0.0 });
         }
