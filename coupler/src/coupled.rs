@@ -42,6 +42,8 @@ pub(crate) struct Coupled {
     pub(crate) scheme: Scheme,
     /// Where the guard may choose another scheme.
     pub(crate) escalation: Option<Escalation>,
+    /// The scheme it has chosen for the step after this one.
+    pub(crate) next_scheme: Option<Scheme>,
     /// Of the strong scheme and of steps that are escalated.
     pub(crate) passes: Option<Passes>,
     /// The solid's motion over the step, `[n, D]` m, on its own side and carried to the fluid's.
@@ -119,6 +121,7 @@ impl Coupled {
 
         Ok(Self {
             scheme: first,
+            next_scheme: None,
             escalation: (settings.on_guard == OnGuard::Escalate && !is_rigid && replay.is_none())
                 .then(|| Escalation::new(first, settings.scheme)),
             passes: settings.passes.clone().filter(|_| !is_rigid),
@@ -157,25 +160,31 @@ impl Coupled {
     /// The answer to an order to book; carries the scheme of the steps to come when the guard changes it, and the verdict
     /// when the run must end on it.
     pub(crate) fn report(&mut self, at: StepTime) -> StepReport {
-        let is_restless = self.jump.is_restless();
-        let next_scheme = self.escalation.as_mut().and_then(|escalation| escalation.book(is_restless));
-        if let Some(next) = next_scheme {
-            let (from, to, load_jump) = (self.scheme.name(), next.name(), self.jump.running());
-            tracing::warn!(
-                step = at.step,
-                time = at.time,
-                from,
-                to,
-                load_jump,
-                "another scheme from here on"
-            );
-            self.scheme = next;
-            self.motion.escalate(next);
-            self.jump.forget();
+        // A change holds for the step after the next, which may have been ordered already; none is beyond the first.
+        let mut next_scheme = None;
+        if let Some(next) = self.next_scheme.take() {
+            self.change_scheme(next, at);
+        } else {
+            let is_restless = self.jump.is_restless();
+            next_scheme = self.escalation.as_mut().and_then(|escalation| escalation.book(is_restless));
+            self.next_scheme = next_scheme;
+        }
+        if at.step == 1
+            && let Some(next) = self.next_scheme.take()
+        {
+            self.change_scheme(next, at);
         }
         let stop = self.jump.diverges() || self.settings.on_guard == OnGuard::Stop;
         let verdict = if stop { self.verdict() } else { None };
         StepReport { admitted_dt: self.admitted_dt(at.time), next_scheme, verdict, ..StepReport::default() }
+    }
+
+    fn change_scheme(&mut self, next: Scheme, at: StepTime) {
+        let (from, to, load_jump) = (self.scheme.name(), next.name(), self.jump.running());
+        tracing::warn!(step = at.step, time = at.time, from, to, load_jump, "another scheme from here on");
+        self.scheme = next;
+        self.motion.escalate(next);
+        self.jump.forget();
     }
 
     /// A recording is followed step by step; nothing else limits the coupler.

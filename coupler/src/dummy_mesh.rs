@@ -195,7 +195,12 @@ mod tests {
             let mesh = DummyMesh::span(&outline(dimension), &[1, 4, 3]);
             let markers = mesh.facets().markers();
             let mut normals = vec![0.0; markers.len() * dimension];
-            marker_normals(mesh.facets(), &markers, mesh.reference_position(), &mut normals);
+            marker_normals(
+                mesh.facets(),
+                &mesh.facets().corner_markers(),
+                mesh.reference_position(),
+                &mut normals,
+            );
             for (marker, normal) in markers.iter().zip(normals.chunks(dimension)) {
                 let face = BoxFace::ALL[marker.face];
                 assert!((normal[face.axis()] - face.sign()).abs() < 1e-12, "{face:?} {normal:?}");
@@ -207,12 +212,12 @@ mod tests {
     fn a_uniform_pressure_on_the_surface_pushes_down_with_the_area_of_the_top() {
         for (dimension, area) in [(2, 0.012), (3, 0.012 * 0.292)] {
             let mesh = DummyMesh::span(&outline(dimension), &[1, 4, 3]);
-            let markers = mesh.facets().markers();
-            let mut traction = vec![0.0; markers.len() * dimension];
-            marker_normals(mesh.facets(), &markers, mesh.reference_position(), &mut traction);
+            let mut traction = vec![0.0; mesh.facets().markers().len() * dimension];
+            let corners = mesh.facets().corner_markers();
+            marker_normals(mesh.facets(), &corners, mesh.reference_position(), &mut traction);
             traction.iter_mut().for_each(|value| *value *= -1000.0);
             let mut force = vec![0.0; mesh.node_count() * dimension];
-            add_traction_forces(mesh.facets(), &markers, mesh.reference_position(), &traction, &mut force);
+            add_traction_forces(mesh.facets(), &corners, mesh.reference_position(), &traction, &mut force);
             let total = |axis: usize| force.iter().skip(axis).step_by(dimension).sum::<f64>();
             assert!(total(0).abs() < 1e-12 && (total(1) + 1000.0 * area).abs() < 1e-12, "{}", total(1));
         }

@@ -27,7 +27,7 @@ impl Escalation {
         Self { scheme, chosen, stretch: (0, FIRST_STRETCH), to_robin: 0, to_passes: 0, passed_steps: 0 }
     }
 
-    /// Takes a step that stands and whether the load is restless now; gives the scheme of the steps to come if that
+    /// Takes a step that stands and whether the load is restless now; gives the scheme of the steps after the next if that
     /// changes.
     pub fn book(&mut self, is_restless: bool) -> Option<Scheme> {
         let next = match self.scheme {

@@ -216,10 +216,13 @@ pub fn sum(values: &[f64], dimension: usize) -> [f64; 3] {
 
 /// Moment of nodal forces about the origin, N m.
 pub fn moment(position: &[f64], force: &[f64], dimension: usize) -> [f64; 3] {
+    if dimension == 2 { moment_of::<2>(position, force) } else { moment_of::<3>(position, force) }
+}
+
+fn moment_of<const D: usize>(position: &[f64], force: &[f64]) -> [f64; 3] {
+    let pad = |v: &[f64]| -> [f64; 3] { std::array::from_fn(|axis| if axis < D { v[axis] } else { 0.0 }) };
     let mut total = [0.0; 3];
-    for (x, f) in position.chunks_exact(dimension).zip(force.chunks_exact(dimension)) {
-        let pad =
-            |v: &[f64]| -> [f64; 3] { std::array::from_fn(|axis| v.get(axis).copied().unwrap_or_default()) };
+    for (x, f) in position.chunks_exact(D).zip(force.chunks_exact(D)) {
         let (x, f) = (pad(x), pad(f));
         total[0] += x[1] * f[2] - x[2] * f[1];
         total[1] += x[2] * f[0] - x[0] * f[2];

@@ -1,6 +1,6 @@
 //! The loads on both sides of the interface: from marker pressures to tractions to nodal forces.
 
-use protocol::interface::{Facets, InterfaceMarker, Surface, add_traction_forces};
+use protocol::interface::{Facets, Surface, add_traction_forces};
 
 use crate::case::LoadForm;
 use crate::dummy_mesh::DummyMesh;
@@ -8,7 +8,8 @@ use crate::mapping::{Mapping, marker_rows};
 
 /// Loads of one step, reused at every step.
 pub struct Load {
-    markers: Vec<InterfaceMarker>,
+    /// Number of the marker at each corner of each facet.
+    corner_markers: Vec<usize>,
     rows: Vec<Vec<(usize, f64)>>,
     /// Marker pressures, `[m]` Pa.
     pub pressure: Vec<f64>,
@@ -28,25 +29,25 @@ impl Load {
     /// Room for the loads between these two sides.
     pub fn new(dummy: &DummyMesh, surface: &Surface) -> Self {
         let dimension = surface.dimension;
-        let markers = dummy.facets().markers();
+        let marker_count = dummy.facets().markers().len();
         let rows = marker_rows(dummy, surface);
         let zeros = |count: usize| vec![0.0; count];
         Self {
-            pressure: zeros(markers.len()),
-            normal: zeros(markers.len() * dimension),
-            traction: zeros(markers.len() * dimension),
+            pressure: zeros(marker_count),
+            normal: zeros(marker_count * dimension),
+            traction: zeros(marker_count * dimension),
             pair: zeros(dummy.node_count() * dimension),
             marker: zeros(dummy.node_count() * dimension),
             on_solid: zeros(surface.node_count() * dimension),
             traction_on_solid: zeros(rows.len() * dimension),
-            markers,
+            corner_markers: dummy.facets().corner_markers(),
             rows,
         }
     }
 
     /// Number of interface markers on the fluid's side.
     pub fn marker_count(&self) -> usize {
-        self.markers.len()
+        self.pressure.len()
     }
 
     /// Number of values of the fluid's load message.
@@ -63,17 +64,17 @@ impl Load {
 
     /// t = -p n at the markers, integrated to nodal forces over the facets in their current place.
     pub fn make_traction(&mut self, facets: &Facets, position: &[f64]) {
-        marker_normals(facets, &self.markers, position, &mut self.normal);
+        marker_normals(facets, &self.corner_markers, position, &mut self.normal);
         tractions(&self.pressure, &self.normal, &mut self.traction);
         self.marker.fill(0.0);
-        add_traction_forces(facets, &self.markers, position, &self.traction, &mut self.marker);
+        add_traction_forces(facets, &self.corner_markers, position, &self.traction, &mut self.marker);
     }
 
     /// Carries the acting load to the solid's nodes, and the tractions to its markers.
     pub fn map_to_solid(&mut self, form: LoadForm, mapping: &Mapping) {
         let acting = if form == LoadForm::Pair { &self.pair } else { &self.marker };
         mapping.gather_load(acting, &mut self.on_solid);
-        let dimension = self.normal.len() / self.markers.len().max(1);
+        let dimension = self.normal.len() / self.pressure.len().max(1);
         self.traction_on_solid.fill(0.0);
         for (target, row) in self.traction_on_solid.chunks_exact_mut(dimension.max(1)).zip(&self.rows) {
             for &(marker, weight) in row {
@@ -84,19 +85,15 @@ impl Load {
     }
 }
 
-/// Unit outward normals at the markers, `[m, D]`: the area-weighted mean over the marker's facets in their current place.
-pub fn marker_normals(facets: &Facets, markers: &[InterfaceMarker], position: &[f64], normal: &mut [f64]) {
+/// Unit outward normals at the markers, `[m, D]`: the area-weighted mean over the marker's facets in their current place;
+/// `corner_markers` are those of [`Facets::corner_markers`].
+pub fn marker_normals(facets: &Facets, corner_markers: &[usize], position: &[f64], normal: &mut [f64]) {
     let dimension = if facets.nodes_per_facet == 2 { 2 } else { 3 };
     normal.fill(0.0);
-    for facet in 0..facets.len() {
-        let nodes = facets.facet(facet);
-        let area = area_vector(nodes, position, dimension);
-        for &node in nodes {
-            let marker = markers.binary_search(&InterfaceMarker { face: facets.face[facet], node });
-            let marker = marker.expect("every facet node has a marker of its face");
-            for axis in 0..dimension {
-                normal[marker * dimension + axis] += area[axis];
-            }
+    for (facet, markers) in corner_markers.chunks_exact(facets.nodes_per_facet).enumerate() {
+        let area = area_vector(facets.facet(facet), position, dimension);
+        for marker in markers {
+            (0..dimension).for_each(|axis| normal[marker * dimension + axis] += area[axis]);
         }
     }
     for normal in normal.chunks_exact_mut(dimension) {

@@ -1,6 +1,7 @@
 //! The time loop: start, steps, output, end, over any [`Crew`] (processes, or threads in tests).
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use protocol::case::{Scheme, Shared, Side};
 use protocol::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime};
@@ -8,7 +9,7 @@ use protocol::failure::{Failure, FailureClass};
 use protocol::phases::{PhaseClock, PhaseTime};
 
 use crate::processes::{Call, Crew};
-use crate::step::{Cast, step};
+use crate::step::{Cast, Ordered, order, pace, settle};
 use crate::time_step::Clock;
 
 /// Outputs a run has at least, so that `run.json` and the series never lag far behind.
@@ -83,64 +84,143 @@ pub fn conduct(
     start: Start,
     observer: &mut dyn Observer,
 ) -> Result<Ending, Failure> {
-    let mut cast = cast(shared);
+    let cast = cast(shared);
     let mut phases = PhaseClock::default();
-    let ready = phases.run("start", || start_all(crew, cast, start))?;
+    let (ready, others_dt) = phases.run("start", || start_all(crew, cast, start))?;
     observer.ready(&ready.counts);
-    let mut clock = Clock::new(&shared.time, ready.admitted_dt);
+    let clock = Clock::new(&shared.time, ready.admitted_dt);
     let every = shared.output.fields_every.unwrap_or(shared.time.end / LEAST_OUTPUTS);
-    let mut frame = 0;
-    let mut at = StepTime { step: 0, time: 0.0, dt: 0.0 };
-    let accounts = phases.run("output", || output(crew, cast, frame, at))?;
-    observer.output(at, &accounts, phases.table())?;
-    let (mut ending, mut shown_step) = (Ending::Completed, 0);
-    while let Some(next) = clock.next_step() {
-        at = next;
-        let done = phases.run("step", || step(crew, cast, at))?;
-        clock.admit(done.admitted_dt);
-        if let Some(scheme) = done.next_scheme {
-            cast = Cast::Coupled(scheme);
-        }
-        observer.stepped(at, &done);
-        if let Some(verdict) = done.verdict {
-            let what = format!("the run was stopped by the guard: {verdict}");
-            return Err(Failure::new(FailureClass::Numerical, "coupler", "book", what)
-                .at(at.step, at.time)
-                .with_hint("Use [coupling] scheme = \"robin\", or on_guard = \"warn\" to look at it."));
-        }
-        if at.time >= every * f64::from(frame + 1) * (1.0 - 1e-9) {
-            frame = (at.time / every * (1.0 + 1e-9)) as u32;
-            let accounts = phases.run("output", || output(crew, cast, frame, at))?;
-            observer.output(at, &accounts, phases.table())?;
-            shown_step = at.step;
-        }
-        if observer.is_stopped() {
-            ending = Ending::Interrupted;
-            break;
-        }
-    }
-    // The end is shown, also where it falls between two outputs.
-    if shown_step != at.step {
-        phases.run("output", || output(crew, cast, frame + 1, at))?;
-    }
-    let accounts = phases.run("output", || stop_all(crew, cast))?;
-    observer.output(at, &accounts, phases.table())?;
+    let mut time_loop =
+        TimeLoop { crew, observer, cast, clock, phases, every, frame: 0, shown_step: 0, others_dt };
+    let (ending, at) = time_loop.run()?;
+    time_loop.stop(at)?;
     Ok(ending)
 }
 
-fn start_all(crew: &mut dyn Crew, cast: Cast, start: Start) -> Result<Ready, Failure> {
+/// The loop over the steps, and what it knows from one to the next.
+struct TimeLoop<'a> {
+    crew: &'a mut dyn Crew,
+    observer: &'a mut dyn Observer,
+    /// Who takes part in the next step to be ordered.
+    cast: Cast,
+    clock: Clock,
+    phases: PhaseClock,
+    /// Time between two outputs, s.
+    every: f64,
+    frame: u32,
+    /// The step of the last output.
+    shown_step: u64,
+    /// What all but the water admit for a step, s.
+    others_dt: f64,
+}
+
+impl TimeLoop<'_> {
+    /// All steps; the last one, and why it was.
+    fn run(&mut self) -> Result<(Ending, StepTime), Failure> {
+        let mut at = StepTime { step: 0, time: 0.0, dt: 0.0 };
+        self.output(at)?;
+        let mut begun = Instant::now();
+        let mut ordered = self.order_next()?;
+        while let Some(step) = ordered {
+            at = step.at;
+            let (done, next) = self.take(step)?;
+            self.phases.add("step", begun.elapsed().as_secs_f64());
+            self.observer.stepped(at, &done);
+            if let Some(verdict) = done.verdict {
+                return Err(stopped(&verdict, at));
+            }
+            if next.is_none() && self.is_output_due(at) {
+                self.frame = (at.time / self.every * (1.0 + 1e-9)) as u32;
+                self.output(at)?;
+            }
+            if next.is_none() && self.observer.is_stopped() {
+                return Ok((Ending::Interrupted, at));
+            }
+            begun = Instant::now();
+            // A guard that changes the scheme does so before it knows whether the next step is ordered already: the
+            // change holds for the one after that, so that nothing depends on who was faster. Beyond the first step
+            // nothing is ordered ahead.
+            let cast = done.next_scheme.map_or(self.cast, Cast::Coupled);
+            if at.step == 1 {
+                self.cast = cast;
+            }
+            ordered = if next.is_some() { next } else { self.order_next()? };
+            self.cast = cast;
+        }
+        Ok((Ending::Completed, at))
+    }
+
+    /// One step to its end, with the next one ordered while it lasts, where nothing stands between the two.
+    fn take(&mut self, step: Ordered) -> Result<(StepReport, Option<Ordered>), Failure> {
+        let looks_ahead = step.at.step > 1
+            && self.others_dt.is_infinite()
+            && !self.is_output_due(step.at)
+            && !self.observer.is_stopped();
+        let mut next = None;
+        let paced = if looks_ahead { pace(self.crew, step)? } else { None };
+        if let Some(water) = &paced {
+            self.clock.admit(water.admitted_dt);
+            next = self.order_next()?;
+        }
+        let settled = settle(self.crew, step, paced)?;
+        self.others_dt = settled.others_dt;
+        if next.is_none() {
+            self.clock.admit(settled.done.admitted_dt);
+        }
+        Ok((settled.done, next))
+    }
+
+    fn order_next(&mut self) -> Result<Option<Ordered>, Failure> {
+        self.clock.next_step().map(|at| order(self.crew, self.cast, at)).transpose()
+    }
+
+    fn is_output_due(&self, at: StepTime) -> bool {
+        at.time >= self.every * f64::from(self.frame + 1) * (1.0 - 1e-9)
+    }
+
+    fn output(&mut self, at: StepTime) -> Result<(), Failure> {
+        let Self { crew, cast, frame, phases, .. } = self;
+        let accounts = phases.run("output", || output(*crew, *cast, *frame, at))?;
+        self.shown_step = at.step;
+        self.observer.output(at, &accounts, self.phases.table())
+    }
+
+    /// The end is shown, also where it falls between two outputs.
+    fn stop(&mut self, at: StepTime) -> Result<(), Failure> {
+        let Self { crew, cast, frame, phases, .. } = self;
+        if self.shown_step != at.step {
+            phases.run("output", || output(*crew, *cast, *frame + 1, at))?;
+        }
+        let accounts = phases.run("output", || stop_all(*crew, *cast))?;
+        self.observer.output(at, &accounts, self.phases.table())
+    }
+}
+
+fn stopped(verdict: &str, at: StepTime) -> Failure {
+    let what = format!("the run was stopped by the guard: {verdict}");
+    Failure::new(FailureClass::Numerical, "coupler", "book", what)
+        .at(at.step, at.time)
+        .with_hint("Use [coupling] scheme = \"robin\", or on_guard = \"warn\" to look at it.")
+}
+
+/// The scene once it stands, and what all but the water admit for a step, s.
+fn start_all(crew: &mut dyn Crew, cast: Cast, start: Start) -> Result<(Ready, f64), Failure> {
     for role in roles(cast) {
         crew.order(role, &Order::Start(start), Call::Now)?;
     }
     let mut all = Ready { admitted_dt: f64::INFINITY, ..Ready::default() };
+    let mut others_dt = f64::INFINITY;
     for (process, reply) in crew.answers()? {
         let Reply::Ready(ready) = reply else {
             return Err(unexpected(&process, "start"));
         };
         all.admitted_dt = all.admitted_dt.min(ready.admitted_dt);
         all.counts.extend(ready.counts);
+        if process != "fluid" {
+            others_dt = others_dt.min(ready.admitted_dt);
+        }
     }
-    Ok(all)
+    Ok((all, others_dt))
 }
 
 fn output(

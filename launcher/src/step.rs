@@ -1,7 +1,9 @@
 //! One coupling step: who does what, and in which turn.
 //!
-//! All get their parts of a pass at once, so that within it only data wakes the next in turn. The Robin wall and the
-//! displacement prediction differ only in what the coupler sends on [`Part::Predict`].
+//! All get their parts of a pass at once, so that within it only data wakes the next in turn. Where a step is one pass, the
+//! next one is ordered as soon as the water has said how long it may be, while the structure still moves: then nobody
+//! waits for the launcher. The Robin wall and the displacement prediction differ only in what the coupler sends on
+//! [`Part::Predict`].
 
 use protocol::case::{Scheme, Side};
 use protocol::control::{Order, Part, Reply, StepReport, StepTime};
@@ -51,6 +53,12 @@ const PARALLEL: &[Turn] = &[
     ("solid", Part::Record),
 ];
 
+/// Water alone.
+const FLUID_ALONE: &[Turn] = &[("fluid", Part::Advance), ("fluid", Part::Record)];
+
+/// A structure alone.
+const SOLID_ALONE: &[Turn] = &[("solid", Part::Advance), ("solid", Part::Record)];
+
 /// The first pass of a strong step.
 const FIRST_PASS: &[Turn] = &[
     ("coupler", Part::Predict),
@@ -78,37 +86,87 @@ const ANOTHER_PASS: &[Turn] = &[
 /// What is left once both sides agree.
 const SETTLE: &[Turn] = &[("coupler", Part::Book), ("fluid", Part::Record), ("solid", Part::Record)];
 
-/// Takes one coupling step.
+/// A step that was ordered.
+#[derive(Debug, Clone, Copy)]
+pub struct Ordered {
+    /// The step.
+    pub at: StepTime,
+    cast: Cast,
+}
+
+/// Gives out the orders of a step, of its first pass where it may need several.
 ///
 /// # Errors
 /// The first failure of any participant.
-pub fn step(crew: &mut dyn Crew, cast: Cast, at: StepTime) -> Result<StepReport, Failure> {
-    let (scheme, absent) = match cast {
-        Cast::Coupled(scheme) => (scheme, None),
-        Cast::Replayed(scheme, side) => (scheme, Some(side.role())),
-        Cast::FluidAlone => return pass(crew, &[("fluid", Part::Advance), ("fluid", Part::Record)], at),
-        Cast::SolidAlone => return pass(crew, &[("solid", Part::Advance), ("solid", Part::Record)], at),
+pub fn order(crew: &mut dyn Crew, cast: Cast, at: StepTime) -> Result<Ordered, Failure> {
+    let turns = match cast {
+        Cast::Coupled(scheme) | Cast::Replayed(scheme, _) => match scheme {
+            Scheme::Parallel => PARALLEL,
+            Scheme::Strong => FIRST_PASS,
+            Scheme::Robin | Scheme::Css | Scheme::ToSolid | Scheme::ToFluid => SERIAL,
+        },
+        Cast::FluidAlone => FLUID_ALONE,
+        Cast::SolidAlone => SOLID_ALONE,
     };
-    let mut pass = |turns: &[Turn]| {
-        let present: Vec<Turn> = turns.iter().copied().filter(|turn| Some(turn.0) != absent).collect();
-        pass(crew, &present, at)
-    };
-    match scheme {
-        Scheme::Parallel => pass(PARALLEL),
-        Scheme::Strong => {
-            let mut done = pass(FIRST_PASS)?;
-            while done.is_open {
-                done = pass(ANOTHER_PASS)?;
-            }
-            done.merge(pass(SETTLE)?);
-            Ok(done)
+    give(crew, cast, turns, at)?;
+    Ok(Ordered { at, cast })
+}
+
+/// What the water alone says of the step, where that is enough to order the next one: whether the step stands is no
+/// question, and nobody else limits the next.
+///
+/// # Errors
+/// The first failure of any participant.
+pub fn pace(crew: &mut dyn Crew, step: Ordered) -> Result<Option<StepReport>, Failure> {
+    match step.cast {
+        Cast::Coupled(scheme) if scheme != Scheme::Strong => {
+            let reply = crew.answer("fluid")?;
+            report(reply, "fluid").map(Some)
         }
-        Scheme::Robin | Scheme::Css | Scheme::ToSolid | Scheme::ToFluid => pass(SERIAL),
+        _ => Ok(None),
     }
 }
 
-/// Gives everyone their parts of one pass and gathers the answers.
-fn pass(crew: &mut dyn Crew, turns: &[Turn], at: StepTime) -> Result<StepReport, Failure> {
+/// What a step came to.
+#[derive(Debug, Clone)]
+pub struct Settled {
+    /// The reports of all.
+    pub done: StepReport,
+    /// What all but the water admit for the next step, s.
+    pub others_dt: f64,
+}
+
+/// Sees the step to its end: the answers of all who have not given theirs, and the passes it takes.
+///
+/// # Errors
+/// The first failure of any participant.
+pub fn settle(crew: &mut dyn Crew, step: Ordered, paced: Option<StepReport>) -> Result<Settled, Failure> {
+    let Ordered { at, cast } = step;
+    if let Some(mut done) = paced {
+        let mut others = report(crew.answer("coupler")?, "coupler")?;
+        others.merge(report(crew.answer("solid")?, "solid")?);
+        let others_dt = others.admitted_dt;
+        done.merge(others);
+        return Ok(Settled { done, others_dt });
+    }
+    let mut settled = gather(crew)?;
+    if let Cast::Coupled(Scheme::Strong) | Cast::Replayed(Scheme::Strong, _) = cast {
+        while settled.done.is_open {
+            give(crew, cast, ANOTHER_PASS, at)?;
+            settled = gather(crew)?;
+        }
+        give(crew, cast, SETTLE, at)?;
+        let last = gather(crew)?;
+        settled.done.merge(last.done);
+        settled.others_dt = settled.others_dt.min(last.others_dt);
+    }
+    Ok(settled)
+}
+
+/// Gives everyone who is present their parts of one pass.
+fn give(crew: &mut dyn Crew, cast: Cast, turns: &[Turn], at: StepTime) -> Result<(), Failure> {
+    let absent = if let Cast::Replayed(_, side) = cast { Some(side.role()) } else { None };
+    let turns: Vec<Turn> = turns.iter().copied().filter(|turn| Some(turn.0) != absent).collect();
     let first = turns[0].0;
     // Whoever has the first turn gets the order last and is woken by it; the others by the data they wait for.
     for (turn, (process, _)) in turns.iter().enumerate().rev() {
@@ -120,13 +178,28 @@ fn pass(crew: &mut dyn Crew, turns: &[Turn], at: StepTime) -> Result<StepReport,
             crew.order(process, &Order::Step { at, parts }, call)?;
         }
     }
-    let mut done = StepReport::unlimited();
+    Ok(())
+}
+
+/// The answers of all.
+fn gather(crew: &mut dyn Crew) -> Result<Settled, Failure> {
+    let mut settled = Settled { done: StepReport::unlimited(), others_dt: f64::INFINITY };
     for (process, reply) in crew.answers()? {
-        let Reply::Done(report) = reply else {
-            let what = format!("expected a step report, found {reply:?}");
-            return Err(Failure::new(FailureClass::Process, &process, "step", what));
-        };
-        done.merge(report);
+        let report = report(reply, &process)?;
+        if process != "fluid" {
+            settled.others_dt = settled.others_dt.min(report.admitted_dt);
+        }
+        settled.done.merge(report);
     }
-    Ok(done)
+    Ok(settled)
+}
+
+fn report(reply: Reply, process: &str) -> Result<StepReport, Failure> {
+    match reply {
+        Reply::Done(report) => Ok(report),
+        other => {
+            let what = format!("expected a step report, found {other:?}");
+            Err(Failure::new(FailureClass::Process, process, "step", what))
+        }
+    }
 }

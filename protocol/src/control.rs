@@ -1,6 +1,7 @@
 //! The launcher's orders and the participants' answers: the control channel, encoded with bincode.
 //!
-//! The launcher gives each participant its parts of a step together and waits for one answer; data never travels here.
+//! The launcher gives each participant its parts of a step together, maybe before it has answered the last step, and gets
+//! one answer for each; data never travels here.
 
 use std::collections::BTreeMap;
 
@@ -120,7 +121,8 @@ pub struct StepReport {
     pub shown: Option<(String, f64)>,
     /// Whether the two sides do not agree yet, so that the step needs another pass.
     pub is_open: bool,
-    /// Coupler: the scheme of the steps to come, where the guard changes it.
+    /// Coupler: the scheme of the steps after the next, where the guard changes it, as the next may be ordered already; with
+    /// the report of the first step that of the next.
     pub next_scheme: Option<Scheme>,
     /// Verdict that ends the run now, although the numbers are finite (a guard set to stop).
     pub verdict: Option<String>,

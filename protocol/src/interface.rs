@@ -78,6 +78,17 @@ impl Facets {
         markers.dedup();
         markers
     }
+
+    /// Number of the marker at each corner of each facet, `[f, nodes_per_facet]`, into [`Facets::markers`].
+    pub fn corner_markers(&self) -> Vec<usize> {
+        let markers = self.markers();
+        let corner = |(corner, &node): (usize, &usize)| {
+            let face = self.face[corner / self.nodes_per_facet];
+            let marker = markers.binary_search(&InterfaceMarker { face, node });
+            marker.expect("every facet node has a marker of its face")
+        };
+        self.nodes.iter().enumerate().map(corner).collect()
+    }
 }
 
 /// The solid's surface that water may touch.

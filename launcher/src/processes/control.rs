@@ -1,4 +1,7 @@
-//! The launcher's end of one control link: orders are numbered, and each has one answer.
+//! The launcher's end of one control link: orders are numbered, and each has one answer, in their turn. The order of the
+//! next step may be given before the present one is answered.
+
+use std::collections::VecDeque;
 
 use protocol::control::{Order, Part, Reply, StepTime, decode, encode};
 use protocol::failure::Failure;
@@ -42,27 +45,39 @@ pub(super) struct Control {
     pub(super) process: String,
     link: Box<dyn Link<u8>>,
     sequence: u64,
-    is_outstanding: bool,
-    pub(super) task: Task,
+    /// Orders without an answer, the oldest first.
+    outstanding: VecDeque<Task>,
+    last: Task,
 }
 
 impl Control {
     /// A participant whose first word is outstanding.
     pub(super) fn new(process: &str, link: Box<dyn Link<u8>>) -> Self {
         let task = Task { phase: "launch", step: 0, time_s: 0.0 };
-        Self { process: process.to_owned(), link, sequence: 0, is_outstanding: true, task }
+        Self {
+            process: process.to_owned(),
+            link,
+            sequence: 0,
+            outstanding: VecDeque::from([task]),
+            last: task,
+        }
     }
 
     pub(super) fn is_outstanding(&self) -> bool {
-        self.is_outstanding
+        !self.outstanding.is_empty()
+    }
+
+    /// What the participant is doing, or has done last.
+    pub(super) fn task(&self) -> Task {
+        self.outstanding.front().copied().unwrap_or(self.last)
     }
 
     pub(super) fn order(&mut self, order: &Order, call: Call) -> Result<(), LinkError> {
         let task = Task::of(order);
         // Orders without a step of their own keep the place of the last one.
         let (step, time_s) =
-            if task.step > 0 { (task.step, task.time_s) } else { (self.task.step, self.task.time_s) };
-        self.task = Task { phase: task.phase, step, time_s };
+            if task.step > 0 { (task.step, task.time_s) } else { (self.last.step, self.last.time_s) };
+        self.last = Task { phase: task.phase, step, time_s };
         self.sequence += 1;
         let bytes = encode(order);
         let header = Header::new(Kind::Order, self.sequence, time_s, 0.0);
@@ -71,16 +86,18 @@ impl Control {
             Call::Now => self.link.send(header, bytes.len(), fill)?,
             Call::WithData => self.link.leave(header, bytes.len(), fill)?,
         }
-        self.is_outstanding = true;
+        self.outstanding.push_back(self.last);
         Ok(())
     }
 
+    /// Waits for the answer to the oldest order without one.
     pub(super) fn answer(&mut self) -> Result<Reply, LinkError> {
-        let expect = Expect { kind: Kind::Reply, step: self.sequence, count: None };
+        let later_orders = self.outstanding.len().saturating_sub(1) as u64;
+        let expect = Expect { kind: Kind::Reply, step: self.sequence - later_orders, count: None };
         let mut reply = None;
         let process = &self.process;
         self.link.receive(expect, &mut |_, bytes| reply = Some(decode(bytes, process)))?;
-        self.is_outstanding = false;
+        self.outstanding.pop_front();
         reply.expect("a message that was received was read")
     }
 }

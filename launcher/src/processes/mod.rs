@@ -39,19 +39,20 @@ pub enum Call {
 
 /// Those who obey orders.
 pub trait Crew {
-    /// Gives one order; its answer is outstanding then.
+    /// Gives one order; its answer is outstanding then. A second order may be given before the answer to the first.
     ///
     /// # Errors
     /// The failure that ends the run.
     fn order(&mut self, process: &str, order: &Order, call: Call) -> Result<(), Failure>;
 
-    /// Waits for the answer of one process. Never [`Reply::Failed`]: that is the error.
+    /// Waits for the answer of one process to its oldest order without one. Never [`Reply::Failed`]: that is the error.
     ///
     /// # Errors
     /// The failure that ends the run: the first cause, not what followed from it.
     fn answer(&mut self, process: &str) -> Result<Reply, Failure>;
 
-    /// Waits for all outstanding answers, in the order of the processes; whichever fails first ends the wait.
+    /// Waits for one answer of each process that owes some, in the order of the processes; whichever fails first ends the
+    /// wait.
     ///
     /// # Errors
     /// As [`Crew::answer`].

@@ -123,7 +123,7 @@ impl Processes {
             let child = find(&mut children, &control.process);
             match child.end() {
                 Some(end) if end.success() => (),
-                Some(end) => return Err(child.death(end, &control.task)),
+                Some(end) => return Err(child.death(end, &control.task())),
                 None => {
                     let what = format!("did not end within {} s of its last answer", FAREWELL.as_secs());
                     return Err(Failure::new(FailureClass::Process, &child.name, "stop", what));
@@ -142,7 +142,7 @@ impl Processes {
     /// One attempt at an answer.
     fn hear(&mut self, process: &str) -> Result<Reply, Failure> {
         let control = self.control(process);
-        let task = control.task;
+        let task = control.task();
         match control.answer() {
             Ok(Reply::Failed(failure)) => Err(self.root_cause(failure)),
             Ok(reply) => Ok(reply),
@@ -160,7 +160,7 @@ impl Processes {
     fn hear_for_a_turn(&mut self, process: &str) -> Result<Option<Reply>, Failure> {
         self.server.set_timeout(TURN);
         let control = self.control(process);
-        let (task, answer) = (control.task, control.answer());
+        let (task, answer) = (control.task(), control.answer());
         self.server.set_timeout(self.timeout);
         match answer {
             Ok(Reply::Failed(failure)) => Err(self.root_cause(failure)),
@@ -173,7 +173,7 @@ impl Processes {
     /// The failure of those whose answers have been outstanding for too long.
     fn silence(&mut self, waited: Duration) -> Failure {
         let late = self.outstanding();
-        let task = self.control(&late[0]).task;
+        let task = self.control(&late[0]).task();
         let (waited_s, limit_s) = (waited.as_secs_f64(), self.timeout.as_secs_f64());
         let silent = LinkError::PeerSilent { peer: late.join(", "), waited_s, limit_s };
         self.explain(&late[0], &task, silent)
@@ -233,7 +233,7 @@ impl Processes {
         self.controls.iter().find_map(|control| {
             let child = find(&mut children, &control.process);
             let end = child.end().filter(|end| !end.success() || !self.is_ending.get())?;
-            (!only_by_signal || end.code().is_none()).then(|| child.death(end, &control.task))
+            (!only_by_signal || end.code().is_none()).then(|| child.death(end, &control.task()))
         })
     }
 
@@ -241,7 +241,7 @@ impl Processes {
         let mut children = self.children.borrow_mut();
         self.controls.iter().find_map(|control| {
             let child = find(&mut children, &control.process);
-            child.is_stopped().then(|| child.stop(&control.task))
+            child.is_stopped().then(|| child.stop(&control.task()))
         })
     }
 
@@ -252,7 +252,7 @@ impl Processes {
         let spent = children.iter().zip(before).map(|(child, before)| (child, child.cpu_ticks() - before));
         let (child, ticks) = spent.max_by_key(|(_, ticks)| *ticks)?;
         let control = self.controls.iter().find(|control| control.process == child.name)?;
-        (ticks >= BUSY_TICKS && control.is_outstanding()).then(|| child.overrun(&control.task))
+        (ticks >= BUSY_TICKS && control.is_outstanding()).then(|| child.overrun(&control.task()))
     }
 }
 
@@ -263,7 +263,7 @@ impl Crew for Processes {
         }
         let control = self.control(process);
         let sent = control.order(order, call);
-        let task = control.task;
+        let task = control.task();
         sent.map_err(|error| self.explain(process, &task, error))
     }
 

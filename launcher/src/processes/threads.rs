@@ -58,7 +58,7 @@ impl Crew for Threads {
     fn order(&mut self, process: &str, order: &Order, call: Call) -> Result<(), Failure> {
         let control = self.control(process);
         let sent = control.order(order, call);
-        sent.map_err(|error| control.task.failure(process, error))
+        sent.map_err(|error| control.task().failure(process, error))
     }
 
     fn answer(&mut self, process: &str) -> Result<Reply, Failure> {
@@ -66,7 +66,7 @@ impl Crew for Threads {
         match control.answer() {
             Ok(Reply::Failed(failure)) => Err(failure),
             Ok(reply) => Ok(reply),
-            Err(error) => Err(control.task.failure(process, error)),
+            Err(error) => Err(control.task().failure(process, error)),
         }
     }
 
