@@ -174,7 +174,8 @@ impl Coupled {
         {
             self.change_scheme(next, at);
         }
-        let stop = self.jump.diverges() || self.settings.on_guard == OnGuard::Stop;
+        let is_wanted = self.settings.on_guard == OnGuard::Stop && self.jump.is_known();
+        let stop = self.jump.diverges() || is_wanted;
         let verdict = if stop { self.verdict() } else { None };
         StepReport { admitted_dt: self.admitted_dt(at.time), next_scheme, verdict, ..StepReport::default() }
     }

@@ -16,7 +16,7 @@ const SPLASH: f64 = 0.05;
 const GROWTH: f64 = 1.3;
 /// Steps of alternating growth after which the run cannot be saved.
 const GROWING_STEPS: u32 = 3;
-/// Wet steps from which on the running load jump says something.
+/// Wet steps from which on the running load jump, and the works, say something.
 const LEAST: usize = 20;
 /// Changes of the load as large as half of it, one against the other, after which another scheme is called for. Water
 /// bears no tension: an unstable load alternates with none at all and need not change its sign.
@@ -34,6 +34,7 @@ pub struct LoadJump {
     window: (f64, f64),
     sums: (f64, f64),
     summed: usize,
+    wet_steps: u64,
     growing: u32,
     last_jump: [f64; 3],
     swings: u32,
@@ -60,6 +61,7 @@ impl LoadJump {
             window,
             sums: (0.0, 0.0),
             summed: 0,
+            wet_steps: 0,
             growing: 0,
             last_jump: [0.0; 3],
             swings: 0,
@@ -76,6 +78,7 @@ impl LoadJump {
             self.last = Some(load);
             return;
         }
+        self.wet_steps += 1;
         let Some(last) = self.last.replace(load) else { return };
         let jump: [f64; 3] = std::array::from_fn(|axis| load[axis] - last[axis]);
         let entry = (dot(jump, jump), square);
@@ -144,6 +147,11 @@ impl LoadJump {
         (is_known && self.running() > RESTLESS) || self.swings >= SWINGS
     }
 
+    /// Whether there have been enough wet steps for a verdict while the run goes on.
+    pub fn is_known(&self) -> bool {
+        self.wet_steps >= LEAST as u64
+    }
+
     /// Forgets the last steps: those to come are another scheme's.
     pub fn forget(&mut self) {
         self.ring.clear();
@@ -190,6 +198,19 @@ mod tests {
     #[test]
     fn alternating_growth_is_a_divergence_and_dry_steps_are_not_counted() {
         assert!(jump_of(|step| (-1.5_f64).powi(step as i32 % 100)).diverges());
-        assert_eq!(jump_of(|step| 1e-4 * (-1.0_f64).powi(step as i32)).mean(), 0.0);
+        let dry = jump_of(|step| 1e-4 * (-1.0_f64).powi(step as i32));
+        assert!(dry.mean() == 0.0 && !dry.is_known());
+    }
+
+    #[test]
+    fn a_verdict_needs_twenty_wet_steps() {
+        let mut jump = LoadJump::new(1.0, (0.0, 1e9));
+        let known: Vec<bool> = (0..30)
+            .map(|step| {
+                jump.book(f64::from(step), [f64::from(u8::from(step >= 5)), 0.0, 0.0]);
+                jump.is_known()
+            })
+            .collect();
+        assert_eq!(known.iter().position(|&is_known| is_known), Some(24), "{known:?}");
     }
 }
