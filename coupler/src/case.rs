@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::case::{CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared, Side};
+use protocol::case::{
+    CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared, Side, SolidOutline,
+};
 use protocol::header::Kind;
 
 use crate::acceleration::{Acceleration, Aitken, Imvj, IqnIls, Reuse};
@@ -99,13 +101,14 @@ impl Settings {
             .about("Share of the wall's mass that gives way; 0.25 to 1 is good, 2 noisy, 4 unstable.")
             .default(0.5);
         let dimension = shared.header.dimension;
-        let solid_elements = shared.solid.as_ref().map(|solid| solid.elements.clone()).unwrap_or_default();
+        let solid_elements = shared.solid.as_ref().map(SolidOutline::interface_elements).unwrap_or_default();
         let dummy_elements = section
             .vector(
                 "dummy_elements",
                 dimension,
                 "",
-                "Cells of the fluid's side of the interface along each axis (default: the solid's elements).",
+                "Cells of the fluid's side of the interface along each axis (default: the solid's elements, twice as many where \
+                 these have nodes in the middle of their edges).",
             )
             .map_or(solid_elements, |counts| counts.iter().map(|&count| count.max(1.0) as usize).collect());
         let window = section
@@ -147,7 +150,8 @@ fn choose_scheme(shared: &Shared, on_guard: OnGuard, prediction_order: u8) -> Sc
         && shared.replay.is_none()
         && matches!(shared.scheme, Scheme::Css | Scheme::Robin);
     let Some(ratio) = added_mass::estimate(shared).filter(|_| is_free) else { return shared.scheme };
-    if ratio > added_mass::ROBIN_LIMIT {
+    let is_soft = added_mass::softness(shared).is_some_and(|softness| softness > added_mass::SOFT);
+    if is_soft || ratio > added_mass::ROBIN_LIMIT {
         Scheme::Strong
     } else if ratio > added_mass::css_limit(prediction_order) {
         Scheme::Robin
@@ -284,6 +288,12 @@ pub fn check(case: &CaseFile) -> CheckReport {
                 estimate,
                 added_mass::meaning(estimate, &settings),
             ));
+        }
+        if let Some(softness) = added_mass::softness(&shared).filter(|softness| *softness > added_mass::SOFT)
+        {
+            let meaning = "pressure of the water at rest over Young's modulus; above 0.02 the wall does not move as one mass: \
+                           passes where the scheme is free";
+            plan.push(PlanFigure::new("softness", softness, meaning));
         }
         left_out.extend(not_needed(&settings, solid.model == "rigid"));
     }

@@ -182,9 +182,11 @@ mod tests {
             mesh: None,
             region,
             elements: vec![2; dimension],
+            has_middle_nodes: false,
             wet: vec![BoxFace::Left, BoxFace::Right, BoxFace::Top],
             clamped: vec![BoxFace::Bottom],
             density: None,
+            young_modulus: None,
             prescribed: false,
         }
     }

@@ -6,7 +6,8 @@
 
 use protocol::case::Scheme;
 
-/// Steps that are passed over at first before the single pass is tried again; every return to the passes doubles them.
+/// Steps that are passed over at first before the single pass is tried again; every return to the passes doubles them. A
+/// single pass that is restless again sooner than they took is not tried any more.
 const FIRST_STRETCH: u64 = 50;
 
 /// The scheme of the steps to come, and what it took.
@@ -16,6 +17,9 @@ pub struct Escalation {
     chosen: Scheme,
     /// Steps of the present stretch of passes, done and wanted.
     stretch: (u64, u64),
+    /// Steps of the Robin wall since it was taken up.
+    single: u64,
+    is_final: bool,
     to_robin: u64,
     to_passes: u64,
     passed_steps: u64,
@@ -24,12 +28,22 @@ pub struct Escalation {
 impl Escalation {
     /// Begins with one scheme, to go on with the one chosen.
     pub fn new(scheme: Scheme, chosen: Scheme) -> Self {
-        Self { scheme, chosen, stretch: (0, FIRST_STRETCH), to_robin: 0, to_passes: 0, passed_steps: 0 }
+        Self {
+            scheme,
+            chosen,
+            stretch: (0, FIRST_STRETCH),
+            single: 0,
+            is_final: false,
+            to_robin: 0,
+            to_passes: 0,
+            passed_steps: 0,
+        }
     }
 
     /// Takes a step that stands and whether the load is restless now; gives the scheme of the steps after the next if that
     /// changes.
     pub fn book(&mut self, is_restless: bool) -> Option<Scheme> {
+        self.single += u64::from(self.scheme == Scheme::Robin);
         let next = match self.scheme {
             Scheme::Robin if self.chosen == Scheme::Strong => Scheme::Strong,
             Scheme::Css | Scheme::Parallel if is_restless => {
@@ -37,16 +51,19 @@ impl Escalation {
                 Scheme::Robin
             }
             Scheme::Robin if is_restless => {
+                // The stretch to come is twice as long as the last.
+                self.is_final = self.to_passes > 0 && self.single < self.stretch.1 / 2;
                 self.to_passes += 1;
                 Scheme::Strong
             }
             Scheme::Strong if self.to_passes > 0 => {
                 self.passed_steps += 1;
                 self.stretch.0 += 1;
-                if self.stretch.0 < self.stretch.1 || is_restless {
+                if self.is_final || self.stretch.0 < self.stretch.1 || is_restless {
                     return None;
                 }
                 self.stretch = (0, 2 * self.stretch.1);
+                self.single = 0;
                 Scheme::Robin
             }
             _ => return None,
@@ -87,8 +104,20 @@ mod tests {
             assert_eq!(escalation.book(true), Some(Scheme::Strong));
             assert!((1..stretch).all(|_| escalation.book(false).is_none()));
             assert_eq!(escalation.book(false), Some(Scheme::Robin));
+            assert!((0..stretch).all(|_| escalation.book(false).is_none()));
         }
         assert_eq!(escalation.health().map(|entry| entry.1), [0.0, 2.0, 150.0]);
+    }
+
+    #[test]
+    fn a_single_pass_that_is_restless_again_at_once_is_given_up() {
+        let mut escalation = Escalation::new(Scheme::Robin, Scheme::Robin);
+        assert_eq!(escalation.book(true), Some(Scheme::Strong));
+        assert!((1..50).all(|_| escalation.book(false).is_none()));
+        assert_eq!(escalation.book(false), Some(Scheme::Robin));
+        assert!((0..9).all(|_| escalation.book(false).is_none()));
+        assert_eq!(escalation.book(true), Some(Scheme::Strong));
+        assert!((0..1000).all(|_| escalation.book(false).is_none()));
     }
 
     #[test]

@@ -15,9 +15,11 @@ fn outline(dimension: usize) -> SolidOutline {
         mesh: None,
         region: BoxRegion { min: min[..dimension].to_vec(), max: max[..dimension].to_vec() },
         elements: vec![1; dimension],
+        has_middle_nodes: false,
         wet: vec![BoxFace::Left, BoxFace::Right, BoxFace::Top],
         clamped: vec![BoxFace::Bottom],
         density: Some(2500.0),
+        young_modulus: Some(1e6),
         prescribed: false,
     }
 }

@@ -2,6 +2,10 @@
 
 use super::domain::{BoxFace, BoxRegion, Domain, face_names, faces};
 use super::section::Section;
+use super::tree::Value;
+
+/// Elements with nodes in the middle of their edges.
+const QUADRATIC: [&str; 4] = ["tri6", "quad8", "tet10", "hex20"];
 
 /// The part of `[solid]` the fluid and the coupler must know.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,12 +18,16 @@ pub struct SolidOutline {
     pub mesh: Option<String>,
     /// Elements along each axis.
     pub elements: Vec<usize>,
+    /// Whether these have nodes in the middle of their edges.
+    pub has_middle_nodes: bool,
     /// Faces the water may touch.
     pub wet: Vec<BoxFace>,
     /// Faces that are held.
     pub clamped: Vec<BoxFace>,
     /// Density, kg/m3; not needed for a rigid body.
     pub density: Option<f64>,
+    /// Young's modulus, Pa; not needed for a rigid body.
+    pub young_modulus: Option<f64>,
     /// Whether the motion is known beforehand (rigid body with `[solid.motion]`).
     pub prescribed: bool,
 }
@@ -38,6 +46,12 @@ impl SolidOutline {
         let dimension = self.region.min.len();
         let faces = BoxFace::ALL.into_iter().take(2 * dimension);
         faces.filter(|face| face.axis() == axis || self.wet.contains(face)).collect()
+    }
+
+    /// Pieces along each axis between one interface node and the next.
+    pub fn interface_elements(&self) -> Vec<usize> {
+        let pieces = if self.has_middle_nodes { 2 } else { 1 };
+        self.elements.iter().map(|count| pieces * count).collect()
     }
 
     /// Number of wet faces across the wall: 0, 1 or 2.
@@ -99,7 +113,25 @@ pub(super) fn read_outline(
     let density = section.number("density").unit("kg/m3").above(0.0).about("Density of the body.").optional();
     let prescribed = model == "rigid" && section.has("motion");
     let (wet, clamped) = (faces(&wet), faces(&clamped));
-    Some(SolidOutline { model, region, mesh, elements, wet, clamped, density, prescribed })
+    let has_middle_nodes =
+        matches!(section.peek("element"), Some(Value::Text(name)) if QUADRATIC.contains(&name.as_str()));
+    let young_modulus = match section.peek("young_modulus") {
+        Some(&Value::Float(value)) => Some(value),
+        Some(&Value::Integer(value)) => Some(value as f64),
+        _ => None,
+    };
+    Some(SolidOutline {
+        model,
+        region,
+        mesh,
+        elements,
+        has_middle_nodes,
+        wet,
+        clamped,
+        density,
+        young_modulus,
+        prescribed,
+    })
 }
 
 /// The names of the faces that are held; a mesh file may name its own.

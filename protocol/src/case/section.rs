@@ -195,6 +195,11 @@ impl<'c> Section<'c> {
         }
     }
 
+    /// What is written at a key that another program asks for, and documents.
+    pub(super) fn peek(&self, key: &str) -> Option<&'c Value> {
+        self.table?.0.get(key).map(|node| &node.value)
+    }
+
     /// Whether the key is written.
     pub fn has(&self, key: &str) -> bool {
         self.table.is_some_and(|table| table.0.contains_key(key))
