@@ -152,7 +152,7 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Element for
             let stress = stress_tensor(&stress_of(&state.strain[q]));
             let initial = (self.kinematics != Kinematics::Linear).then_some(&stress);
             let strain = shape.reference.strain_derivative(q, &state.parts[q]);
-            shape.reference.add_tangent(q, &strain, stress_of, initial, tangent);
+            shape.reference.add_tangent(q, &strain, stress_of, (&state.parts[q], initial), tangent);
             shape.add_coupling(q, &strain, &mut coupling);
         }
         shape.take_root(&mut coupling);
@@ -194,7 +194,7 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Element for
         let Ok(state) = shape.strained(self.kinematics, displacement) else { return f64::NAN };
         let energy = |q: usize| {
             let density = Material::<D, S>::energy_density(&self.material, &state.strain[q], &[]);
-            shape.reference.points[q].weight * density
+            shape.reference.points[q].weight * density + shape.reference.own_energy(q, &state.parts[q])
         };
         (0..N).map(energy).sum()
     }

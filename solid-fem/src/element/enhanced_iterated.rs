@@ -162,7 +162,7 @@ where
             let stress_of =
                 |strain: &[f64; S]| std::array::from_fn(|s| super::matrix::dot(&moduli[s], strain));
             let strain = reference.strain_derivative(q, &state.parts[q]);
-            reference.add_tangent(q, &strain, stress_of, initial, tangent);
+            reference.add_tangent(q, &strain, stress_of, (&state.parts[q], initial), tangent);
             for m in 0..A {
                 let column: [f64; S] = std::array::from_fn(|s| {
                     let answer = |t: usize| moduli[s][t] * reference.modes[q][t][m];
@@ -194,7 +194,8 @@ where
         let energy = |q: usize| {
             let old = &old[A + q * kept..][..kept];
             let density = Material::<D, S>::energy_density(&self.material, &state.strain[q], old);
-            self.reference(element).points[q].weight * density
+            let reference = self.reference(element);
+            reference.points[q].weight * density + reference.own_energy(q, &state.parts[q])
         };
         (0..N).map(energy).sum()
     }

@@ -11,7 +11,7 @@ use super::isoparametric::{point, shape_product};
 use super::kinematics::{Kinematics, SHEAR};
 use super::matrix::{determinant, inverse};
 use super::point::Point;
-use super::uneven::uneven_gradients;
+use super::uneven::{Uneven, uneven_gradients};
 use crate::cell::Cell;
 use crate::material::{InSpace, StVenantKirchhoff};
 use crate::mesh::Mesh;
@@ -47,8 +47,8 @@ pub const HEXAHEDRON: Enhancement<3, 6, 8, 9> = Enhancement {
 /// Points and modes of one reference shape.
 pub(super) struct Reference<const D: usize, const S: usize, const N: usize, const A: usize> {
     pub(super) points: [Point<D, N>; N],
-    /// Gradients of U at the points of slender cells, `[N, N, D]` 1/m.
-    pub(super) uneven: Option<[[[f64; D]; N]; N]>,
+    /// U of slender cells.
+    pub(super) uneven: Option<Uneven<D, N>>,
     /// M at the points.
     pub(super) modes: [[[f64; A]; S]; N],
     /// Integral of N_a N_b, `[N, N]`.
@@ -63,29 +63,33 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Enhancement
         material: StVenantKirchhoff,
         kinematics: Kinematics,
     ) -> Enhanced<D, S, N, A> {
-        let (class, references, extrapolation) = self.references(mesh);
+        let (class, references, extrapolation) = self.references(mesh, material);
         let shapes = references.into_iter().map(|reference| Shape::new(reference, &material)).collect();
         Enhanced { class, shapes, extrapolation, material, kinematics }
     }
 
-    /// The elements of a mesh in any other law.
+    /// The elements of a mesh in any other law, with what it is at small strain.
     pub fn build_iterated(
         &self,
         mesh: &Mesh,
-        material: InSpace,
+        (material, elastic): (InSpace, StVenantKirchhoff),
         kinematics: Kinematics,
     ) -> EnhancedIterated<D, S, N, A> {
-        let (class, references, extrapolation) = self.references(mesh);
+        let (class, references, extrapolation) = self.references(mesh, elastic);
         EnhancedIterated { class, references, extrapolation, material, kinematics }
     }
 
-    fn references(&self, mesh: &Mesh) -> (Vec<u32>, Vec<Reference<D, S, N, A>>, Extrapolation) {
+    fn references(
+        &self,
+        mesh: &Mesh,
+        elastic: StVenantKirchhoff,
+    ) -> (Vec<u32>, Vec<Reference<D, S, N, A>>, Extrapolation) {
         let (class, shapes) = mesh.shapes();
-        let references = shapes.iter().map(|shape| self.reference(shape)).collect();
+        let references = shapes.iter().map(|shape| self.reference(shape, elastic)).collect();
         (class, references, Extrapolation::new(self.cell, &self.cell.stiffness_rule()))
     }
 
-    fn reference(&self, position: &[f64]) -> Reference<D, S, N, A> {
+    fn reference(&self, position: &[f64], elastic: StVenantKirchhoff) -> Reference<D, S, N, A> {
         let rule = self.cell.stiffness_rule();
         let jacobian = |at: &[f64; 3]| -> [[f64; D]; D] {
             let shape = self.cell.shape(at);
@@ -101,7 +105,7 @@ impl<const D: usize, const S: usize, const N: usize, const A: usize> Enhancement
         });
         let points = std::array::from_fn(|q| point(self.cell, position, &rule[q].at, rule[q].weight));
         let product = shape_product::<D, N>(self.cell, position);
-        Reference { uneven: uneven_gradients(&points, &rule, &centre), points, modes, product }
+        Reference { uneven: uneven_gradients(&points, &rule, &centre, elastic), points, modes, product }
     }
 }
 

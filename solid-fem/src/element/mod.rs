@@ -241,11 +241,13 @@ impl ElementKind {
         match (self, substance.law.build(substance.young_modulus, substance.poisson_ratio)) {
             (Self::Quad4Eas4, None) => Box::new(QUADRILATERAL.build(mesh, elastic, kinematics)),
             (Self::Hex8Eas9, None) => Box::new(HEXAHEDRON.build(mesh, elastic, kinematics)),
-            (Self::Quad4Eas4, Some(law)) => {
-                Box::new(QUADRILATERAL.build_iterated(mesh, InSpace::new(law, is_plate), kinematics))
-            }
+            (Self::Quad4Eas4, Some(law)) => Box::new(QUADRILATERAL.build_iterated(
+                mesh,
+                (InSpace::new(law, is_plate), elastic),
+                kinematics,
+            )),
             (Self::Hex8Eas9, Some(law)) => {
-                Box::new(HEXAHEDRON.build_iterated(mesh, InSpace::new(law, is_plate), kinematics))
+                Box::new(HEXAHEDRON.build_iterated(mesh, (InSpace::new(law, is_plate), elastic), kinematics))
             }
             (_, None) => self.isoparametric(mesh, elastic, kinematics),
             (_, Some(law)) => self.isoparametric(mesh, InSpace::new(law, is_plate), kinematics),
