@@ -17,10 +17,17 @@ use crate::names::{self, RunNames};
 /// Longest uninterrupted sleep of a waiting process.
 pub(super) const SLICE: Duration = Duration::from_millis(100);
 
-/// From the start of a wait, this long a process stays awake and gives way to whoever has work. In a small scene most
-/// waits are shorter than it takes to put a core to sleep and to wake it again, above all on a virtual machine
-/// (`docs/performance.md`, "Orders and channels").
-const AWAKE: Duration = Duration::from_micros(300);
+/// A wait that was at most this part of the time since the one before, the last time, is spent awake, giving way to whoever
+/// has work: putting a core to sleep and waking it again would take a good part of it, above all on a virtual machine
+/// (`docs/performance.md`, "Orders and channels"). Who waits for most of the time, as all do for the water, sleeps
+/// from the start and takes no turns with the water's threads.
+const SMALL_PART: u32 = 3;
+
+/// Longer waits are slept through in any case.
+const LONG: Duration = Duration::from_millis(5);
+
+/// Awake beyond twice the last wait.
+const GRACE: Duration = Duration::from_micros(100);
 
 /// Shortest sleep: a time-out of zero would mean an endless one to the socket below.
 const SHORTEST: Duration = Duration::from_millis(1);
@@ -96,27 +103,65 @@ impl Inbox {
     }
 }
 
+/// How the last wait for one thing went: whether the next one is worth staying awake for.
+#[derive(Debug)]
+pub(super) struct Habit {
+    end: Cell<Instant>,
+    wait: Cell<Duration>,
+    cycle: Cell<Duration>,
+}
+
+impl Habit {
+    pub(super) fn new() -> Self {
+        let none = || Cell::new(Duration::ZERO);
+        Self { end: Cell::new(Instant::now()), wait: none(), cycle: none() }
+    }
+
+    /// How long to stay awake in the next wait.
+    fn awake(&self) -> Duration {
+        let wait = self.wait.get();
+        let is_short = wait <= LONG && SMALL_PART * wait <= self.cycle.get();
+        if is_short { 2 * wait + GRACE } else { Duration::ZERO }
+    }
+
+    fn book(&self, wait: Duration) {
+        self.wait.set(wait);
+        self.cycle.set(self.end.replace(Instant::now()).elapsed());
+    }
+}
+
 /// One wait for one peer.
 pub(super) struct Patience<'a> {
     inbox: &'a Inbox,
     peer: &'a str,
     limit: Option<Duration>,
     start: Instant,
+    awake: Duration,
 }
 
 impl<'a> Patience<'a> {
     /// A wait that ends after `limit`, or never by itself.
     pub(super) fn new(inbox: &'a Inbox, peer: &'a str, limit: Option<Duration>) -> Self {
-        Self { inbox, peer, limit, start: Instant::now() }
+        Self { inbox, peer, limit, start: Instant::now(), awake: Duration::ZERO }
     }
 
-    /// Sleeps until something happens, at most for `slice`; at the start of a wait only gives way.
+    /// The same, awake at first if such waits are short.
+    pub(super) fn with_habit(self, habit: &Habit) -> Self {
+        Self { awake: habit.awake(), ..self }
+    }
+
+    /// Tells the habit how long this wait took.
+    pub(super) fn end(self, habit: &Habit) {
+        habit.book(self.start.elapsed());
+    }
+
+    /// Sleeps until something happens, at most for `slice`; at the start of a short wait only gives way.
     ///
     /// # Errors
     /// [`LinkError::Aborted`], [`LinkError::PeerSilent`] past the limit, or what the watch has seen.
     pub(super) fn pause(&self, slice: Duration) -> Result<(), LinkError> {
         self.inbox.check()?;
-        if self.start.elapsed() < AWAKE {
+        if self.start.elapsed() < self.awake {
             std::thread::yield_now();
             return Ok(());
         }

@@ -11,7 +11,7 @@ use iceoryx2::sample_mut::SampleMut;
 
 use super::SharedItem;
 use super::config::{self, ATTACHED, Channel, DATA, Receiver, Sender, broken};
-use super::inbox::{Inbox, Patience, SLICE};
+use super::inbox::{Habit, Inbox, Patience, SLICE};
 use crate::checks;
 use crate::header::Header;
 use crate::link::{Expect, Link, LinkError};
@@ -34,6 +34,7 @@ pub struct IpcLink<T: SharedItem> {
     outgoing: Channel<T>,
     incoming: Channel<T>,
     inbox: Rc<Inbox>,
+    habit: Habit,
 }
 
 impl<T: SharedItem> IpcLink<T> {
@@ -58,6 +59,7 @@ impl<T: SharedItem> IpcLink<T> {
             outgoing,
             incoming,
             inbox,
+            habit: Habit::new(),
         })
     }
 
@@ -149,7 +151,7 @@ impl<T: SharedItem> Link<T> for IpcLink<T> {
 
     fn receive(&mut self, expect: Expect, read: &mut dyn FnMut(&Header, &[T])) -> Result<(), LinkError> {
         let limit = if self.is_patient { None } else { Some(self.inbox.timeout()) };
-        let patience = Patience::new(&self.inbox, &self.peer, limit);
+        let patience = Patience::new(&self.inbox, &self.peer, limit).with_habit(&self.habit);
         let sample = loop {
             // What has already arrived is looked at first, also when the run is being called off: it may say why.
             match self.receiver.receive() {
@@ -161,6 +163,7 @@ impl<T: SharedItem> Link<T> for IpcLink<T> {
                 Err(error) => return Err(broken(&self.peer, error)),
             }
         };
+        patience.end(&self.habit);
         checks::verify(expect, sample.user_header(), sample.payload(), &self.peer)?;
         read(sample.user_header(), sample.payload());
         Ok(())
