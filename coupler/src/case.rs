@@ -6,6 +6,7 @@ use protocol::case::{
     CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared, Side, SolidOutline,
 };
 use protocol::header::Kind;
+use serde::{Deserialize, Serialize};
 
 use crate::acceleration::{Acceleration, Aitken, Imvj, IqnIls, Reuse};
 use crate::added_mass;
@@ -36,7 +37,7 @@ pub enum MappingKind {
 }
 
 /// What happens when a guard trips.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum OnGuard {
     /// Another scheme takes over: the Robin wall from a staggered one, passes from the Robin wall.
     Escalate,
@@ -297,7 +298,7 @@ pub fn check(case: &CaseFile) -> CheckReport {
         }
         left_out.extend(not_needed(&settings, solid.model == "rigid"));
     }
-    CheckReport::new("coupler", case, plan, left_out)
+    CheckReport::new("coupler", case, plan, left_out).with_state()
 }
 
 /// The recording in the place of one side, or what is wrong with it.

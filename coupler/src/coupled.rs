@@ -136,7 +136,10 @@ impl Coupled {
             least_work: guard::LEAST_WORK * hydrostatic_load(shared, &dummy) * depth(shared),
             clock: PhaseClock::default(),
             displacement_before: solid.displacement.clone(),
-            recorder: settings.record.then(|| begin_record(context, &surface, &solid)).transpose()?,
+            recorder: settings
+                .record
+                .then(|| begin_record(context, AT_START, &surface, &solid))
+                .transpose()?,
             replay,
             surface,
             dummy,
@@ -252,12 +255,19 @@ impl Coupled {
     }
 }
 
-/// A recording with the surface and the motion at the start.
-fn begin_record(context: &Context, surface: &Surface, solid: &SolidMotion) -> Result<Recorder, Failure> {
-    let start = StepTime { step: 0, time: 0.0, dt: 0.0 };
+/// Before the first step.
+const AT_START: StepTime = StepTime { step: 0, time: 0.0, dt: 0.0 };
+
+/// A recording with the surface and the motion at its start.
+pub(crate) fn begin_record(
+    context: &Context,
+    at: StepTime,
+    surface: &Surface,
+    solid: &SolidMotion,
+) -> Result<Recorder, Failure> {
     let mut recorder = Recorder::create(&context.folder)?;
-    recorder.write(Kind::Surface, start, &[&surface.encode()])?;
-    recorder.write(Kind::Motion, start, &solid.columns())?;
+    recorder.write(Kind::Surface, at, &[&surface.encode()])?;
+    recorder.write(Kind::Motion, at, &solid.columns())?;
     Ok(recorder)
 }
 

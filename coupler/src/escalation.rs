@@ -5,13 +5,14 @@
 //! step is the Robin wall's.
 
 use protocol::case::Scheme;
+use serde::{Deserialize, Serialize};
 
 /// Steps that are passed over at first before the single pass is tried again; every return to the passes doubles them. A
 /// single pass that is restless again sooner than they took is not tried any more.
 const FIRST_STRETCH: u64 = 50;
 
 /// The scheme of the steps to come, and what it took.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Escalation {
     scheme: Scheme,
     chosen: Scheme,

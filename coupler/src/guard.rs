@@ -1,5 +1,7 @@
 //! Watches the coupling for the instability that added mass brings: loads that change sign at every step.
 
+use serde::{Deserialize, Serialize};
+
 /// Wet steps the running load jump looks back on.
 const WINDOW: usize = 50;
 /// Running load jump above which the step is counted as restless.
@@ -24,7 +26,7 @@ const SWINGS: u32 = 4;
 
 /// Load jump J = rms(F_n - F_n-1) / rms(F_n) of the total load, running over the last wet steps and over a window; rms(F_n)
 /// at least that of a splash.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LoadJump {
     floor: f64,
     splash: f64,
@@ -150,6 +152,12 @@ impl LoadJump {
     /// Whether there have been enough wet steps for a verdict while the run goes on.
     pub fn is_known(&self) -> bool {
         self.wet_steps >= LEAST as u64
+    }
+
+    /// Goes on from what another run has seen; scale and window stay its own.
+    pub fn take_up(&mut self, kept: Self) {
+        let Self { floor, splash, window, .. } = *self;
+        *self = Self { floor, splash, window, ..kept };
     }
 
     /// Forgets the last steps: those to come are another scheme's.

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use protocol::failure::Failure;
 use protocol::series::Series;
+use serde::{Deserialize, Serialize};
 
 /// What one step exchanged. `[n, D]` arrays of the fluid's and the solid's side.
 pub struct Entry<'a> {
@@ -43,7 +44,7 @@ pub struct Entry<'a> {
 }
 
 /// Sums since the start.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Totals {
     /// Impulse of the pair reaction, N s.
     pub pair_impulse: [f64; 3],
@@ -164,6 +165,17 @@ impl Ledger {
     /// Sums since the start.
     pub fn totals(&self) -> &Totals {
         &self.totals
+    }
+
+    /// Time before which the series has no row, s.
+    pub fn due(&self) -> f64 {
+        self.series.due()
+    }
+
+    /// Goes on from the sums of another run and where its series has ended.
+    pub fn take_up(&mut self, totals: Totals, due: f64) {
+        self.totals = totals;
+        self.series.wait_until(due);
     }
 
     /// |W_fluid - W_solid| / sum |F . du|: what staggering in time has cost so far.

@@ -23,4 +23,5 @@ pub mod motion;
 pub mod participant;
 pub mod passes;
 pub mod record;
+mod restart;
 mod step;

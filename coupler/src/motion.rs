@@ -2,12 +2,13 @@
 
 use protocol::case::Scheme;
 use protocol::interface::Response;
+use serde::{Deserialize, Serialize};
 
 use crate::case::{OnGuard, Settings};
 use crate::mapping::Mapping;
 
 /// Displacement, velocity and acceleration of the solid's interface nodes, each `[n, D]`.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct SolidMotion {
     /// m
     pub displacement: Vec<f64>,
@@ -39,7 +40,7 @@ impl SolidMotion {
 /// Bashforth, X + u_n + dt (3 v_n - v_n-1) / 2 (order 2; for unequal steps their general form).
 ///
 /// The fluid sees the wall move from the last prediction to this one: w = (x_p,n+1 - x_p,n) / dt at x_p,n.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct DisplacementPredictor {
     order: u8,
     predicted: Vec<f64>,
@@ -144,6 +145,33 @@ impl FluidMotion {
     /// Goes over to the Robin wall, or to a motion that is given.
     pub fn escalate(&mut self, scheme: Scheme) {
         self.rule = if scheme == Scheme::Robin { Rule::Robin } else { Rule::Guessed };
+    }
+
+    /// The prediction, where the rule is one.
+    pub(crate) fn predictor(&self) -> Option<&DisplacementPredictor> {
+        match &self.rule {
+            Rule::Predicted(predictor) => Some(predictor),
+            _ => None,
+        }
+    }
+
+    /// Begins at the solid's present state, a prediction where the one kept has left the wall.
+    pub(crate) fn begin_at(
+        &mut self,
+        solid: &SolidMotion,
+        mapping: &Mapping,
+        kept: Option<DisplacementPredictor>,
+    ) {
+        let Rule::Predicted(predictor) = &mut self.rule else { return };
+        let order = predictor.order;
+        *predictor = match kept {
+            Some(kept) => DisplacementPredictor { order, ..kept },
+            None => {
+                mapping.spread_motion(&solid.displacement, &mut self.position);
+                self.position.iter_mut().zip(&self.reference).for_each(|(x, reference)| *x += reference);
+                DisplacementPredictor::new(order, &self.position)
+            }
+        };
     }
 
     /// Fills in the motion over the coming step from the solid's state at its start.

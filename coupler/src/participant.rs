@@ -40,8 +40,12 @@ impl Coupler {
     }
 
     fn coupled(&mut self) -> Result<&mut Coupled, Failure> {
-        self.coupled.as_mut().ok_or_else(|| Failure::new(FailureClass::Bug, NAME, "order", "not started yet"))
+        self.coupled.as_mut().ok_or_else(not_started)
     }
+}
+
+fn not_started() -> Failure {
+    Failure::new(FailureClass::Bug, NAME, "order", "not started yet")
 }
 
 impl Participant for Coupler {
@@ -57,7 +61,13 @@ impl Participant for Coupler {
     }
 
     fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {
-        self.coupled()?.part(part, at)
+        let Self { context, coupled, .. } = self;
+        let coupled = coupled.as_mut().ok_or_else(not_started)?;
+        match part {
+            Part::Keep => coupled.keep(context, at).map(|()| StepReport::unlimited()),
+            Part::TakeUp => coupled.take_up(context, at),
+            other => coupled.part(other, at),
+        }
     }
 
     fn output(&mut self, _frame: u32, _at: StepTime) -> Result<(), Failure> {

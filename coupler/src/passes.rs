@@ -1,5 +1,7 @@
 //! The passes over one step of the strong scheme: the guess, the comparison, the next guess.
 
+use serde::{Deserialize, Serialize};
+
 use crate::acceleration::Acceleration;
 use crate::motion::SolidMotion;
 
@@ -7,7 +9,7 @@ use crate::motion::SolidMotion;
 const AT_REST: f64 = 0.01;
 
 /// When a step stands.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// |x~ - x| over max(|x~ - u_n|, 0.01 |x~|).
     pub tolerance: f64,
@@ -16,7 +18,7 @@ pub struct Agreement {
 }
 
 /// The current step and what all took.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Passes {
     agreement: Agreement,
     acceleration: Acceleration,
@@ -38,6 +40,12 @@ impl Passes {
         let (start, guess) = (Vec::new(), Vec::new());
         let best = (Vec::new(), f64::INFINITY);
         Self { agreement, acceleration, start, guess, best, count: 0, steps: 0, passes: 0, unsettled: 0 }
+    }
+
+    /// Goes on from what another run has learnt and counted.
+    pub fn take_up(&mut self, kept: Self) {
+        self.acceleration.take_up(kept.acceleration);
+        (self.steps, self.passes, self.unsettled) = (kept.steps, kept.passes, kept.unsettled);
     }
 
     /// Begins a step with u_n + dt v_n + dt^2/2 a_n.

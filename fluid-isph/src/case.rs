@@ -32,7 +32,7 @@ pub fn check(case: &CaseFile) -> CheckReport {
         2 => make_plan::<2>(case, &shared),
         _ => make_plan::<3>(case, &shared),
     };
-    CheckReport::new(NAME, case, plan, left_out)
+    CheckReport::new(NAME, case, plan, left_out).with_state()
 }
 
 /// The scene of a case; `None` without `[fluid]` or `[domain]`. Mistakes are booked with the case.

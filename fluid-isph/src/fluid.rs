@@ -2,6 +2,7 @@
 
 use protocol::interface::Response;
 use protocol::phases::{PhaseClock, PhaseTime};
+use serde::{Deserialize, Serialize};
 
 use crate::assembly::WallMoments;
 use crate::body::{Body, Motion};
@@ -94,7 +95,7 @@ pub(crate) enum PressureLevel {
 }
 
 /// Energy account, J (2-D: per m depth).
-#[derive(Debug, Default, Clone, Copy)]
+#[derive(Debug, Default, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Energy {
     pub(crate) kinetic: f64,
     pub(crate) potential: f64,

@@ -56,6 +56,16 @@ impl<const D: usize> GaugeSeries<D> {
         Ok(shown)
     }
 
+    /// Time before which each series has no row, s.
+    pub fn due(&self) -> Vec<f64> {
+        self.gauges.iter().map(|(_, series)| series.due()).collect()
+    }
+
+    /// Goes on where a series of another run has ended.
+    pub fn wait_until(&mut self, due: &[f64]) {
+        self.gauges.iter_mut().zip(due).for_each(|((_, series), due)| series.wait_until(*due));
+    }
+
     /// Brings all rows to the disk.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! The fluid as a participant of a run: handshake, motion in, load out, gauges and fields.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use protocol::case::{CaseFile, Shared};
 use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
@@ -10,13 +10,14 @@ use protocol::interface::{BodyMesh, Contract, Response};
 use protocol::link::{Expect, Link, LinkError, Transport, agree};
 use protocol::participant::{Context, Participant, Program, not_my_part};
 use protocol::phases::PhaseClock;
+use protocol::state::{self, Stamp};
 
 use crate::body::Motion;
 use crate::case::{NAME, check, resolve};
 use crate::fluid::Fluid;
 use crate::output::{Frames, GaugeSeries};
 use crate::scene::Scene;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{Snapshot, Whole};
 
 /// Relative growth of the water's energy beyond the work put in that earns a verdict.
 const ENERGY_GROWTH: f64 = 0.02;
@@ -47,10 +48,12 @@ pub struct FluidParticipant<const D: usize> {
 /// Everything after the handshake.
 struct Running<const D: usize> {
     fluid: Fluid<D>,
-    snapshot: Snapshot<D>,
+    snapshot: Snapshot,
     /// The step the snapshot belongs to.
     saved_step: u64,
     interface: Option<Interface>,
+    /// Numbers of particles at the start, which a state must have too.
+    sizes: [(&'static str, usize); 4],
     gauges: GaugeSeries<D>,
     frames: Option<Frames>,
     pool: rayon::ThreadPool,
@@ -81,7 +84,7 @@ impl<const D: usize> FluidParticipant<D> {
     }
 
     fn running(&mut self) -> Result<&mut Running<D>, Failure> {
-        self.running.as_mut().ok_or_else(|| Failure::new(FailureClass::Bug, NAME, "order", "not started yet"))
+        self.running.as_mut().ok_or_else(not_started)
     }
 
     fn shake_hands(
@@ -123,26 +126,31 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         let pool = thread_pool(self.context.threads)?;
         let fluid = pool.install(|| Fluid::new(self.scene.clone(), mesh.as_ref()));
         let fluid = fluid.map_err(|error| error.into_failure(NAME))?;
-        let counts = [
+        let sizes = [
             ("water_particles", fluid.water().len()),
             ("wall_particles", fluid.walls().tank().len() + fluid.walls().obstacles().len()),
             ("body_particles", fluid.walls().body().len()),
+            ("dimension", D),
         ];
-        let counts = counts.into_iter().map(|(key, count)| (key.to_owned(), count as u64)).collect();
+        let counts = sizes[..3].iter().map(|(key, count)| ((*key).to_owned(), *count as u64)).collect();
         let admitted_dt = fluid.admitted_time_step();
         let output = &self.shared.output;
         let gauges = GaugeSeries::create(&self.context.folder, &self.shared.gauges, output.series_every)?;
         let frames = output.fields_every.map(|_| Frames::new(PathBuf::from(&self.context.folder)));
         let clock = PhaseClock::default();
         let (snapshot, saved_step) = (Snapshot::default(), 0);
-        self.running = Some(Running { fluid, snapshot, saved_step, interface, gauges, frames, pool, clock });
+        self.running =
+            Some(Running { fluid, snapshot, saved_step, interface, sizes, gauges, frames, pool, clock });
         Ok(Ready { counts, admitted_dt })
     }
 
     fn part(&mut self, part: Part, at: StepTime) -> Result<StepReport, Failure> {
-        let running = self.running()?;
+        let Self { context, running, .. } = self;
+        let running = running.as_mut().ok_or_else(not_started)?;
         match part {
             Part::Advance => return running.advance(at),
+            Part::Keep => running.keep(&context.folder, at)?,
+            Part::TakeUp => running.take_up(&context.folder, at)?,
             Part::Save => {
                 running.saved_step = at.step;
                 running.clock.run("save", || running.fluid.save(&mut running.snapshot));
@@ -187,6 +195,20 @@ impl<const D: usize> Participant for FluidParticipant<D> {
 }
 
 impl<const D: usize> Running<D> {
+    fn keep(&mut self, folder: &Path, at: StepTime) -> Result<(), Failure> {
+        let Self { fluid, gauges, sizes, clock, .. } = self;
+        let stamp = Stamp::new(at.step, at.time, sizes);
+        clock.run("keep", || state::write(folder, "fluid", &stamp, &(fluid.keep(), gauges.due())))
+    }
+
+    fn take_up(&mut self, folder: &Path, at: StepTime) -> Result<(), Failure> {
+        let stamp = Stamp::new(at.step, at.time, &self.sizes);
+        let (whole, due): (Whole, Vec<f64>) = state::read(folder, "fluid", &stamp)?;
+        self.fluid.take_up(whole);
+        self.gauges.wait_until(&due);
+        Ok(())
+    }
+
     /// Takes the motion, advances, gives the load back.
     fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
         let Self { fluid, interface, pool, clock, saved_step, .. } = self;
@@ -206,6 +228,10 @@ impl<const D: usize> Running<D> {
         let (admitted_dt, substeps) = (fluid.admitted_time_step(), fluid.last_substeps());
         Ok(StepReport { admitted_dt, substeps, ..StepReport::default() })
     }
+}
+
+fn not_started() -> Failure {
+    Failure::new(FailureClass::Bug, NAME, "order", "not started yet")
 }
 
 /// The water's energy now and at the start, and the work done on it, J: for the balance of the whole system.

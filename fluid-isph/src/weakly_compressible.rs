@@ -32,7 +32,7 @@ pub struct WeaklyCompressible {
     /// What was asked for.
     pub numbers: Explicit,
     /// rho by particle number, kg/m3.
-    density: Vec<f64>,
+    pub(crate) density: Vec<f64>,
     /// Its change, by place, kg/(m3 s).
     rate: Vec<f64>,
 }

@@ -75,6 +75,9 @@ pub fn check(path: &Path, options: &[String]) -> Result<Checked, CheckError> {
     for program in &programs {
         reports.push(ask(program, path, options).map_err(CheckError::Failed)?);
     }
+    if shared.output.state {
+        refuse_forgetful(&case, &programs, &reports);
+    }
     let mut diagnostics = case.diagnostics();
     let mut lock = case.resolved();
     for report in &reports {
@@ -90,6 +93,14 @@ pub fn check(path: &Path, options: &[String]) -> Result<Checked, CheckError> {
     let mut left_out = absent_processes(&shared);
     left_out.extend(reports.iter().flat_map(|report| report.left_out.iter().cloned()));
     Ok(Checked { case: path.to_owned(), shared, programs, reports, lock, left_out })
+}
+
+/// A run whose programs do not all keep their state keeps none.
+fn refuse_forgetful(case: &CaseFile, programs: &[Program], reports: &[CheckReport]) {
+    for (program, _) in programs.iter().zip(reports).filter(|(_, report)| !report.keeps_state) {
+        let message = format!("{} cannot keep its state", program.name);
+        case.section_or_default("output").complain("state", message, "false", "");
+    }
 }
 
 /// The programs a scene needs, and no others.

@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use protocol::failure::{Failure, FailureClass};
 
 use crate::check::{CheckError, Checked};
+use crate::resume::{self, Resumption};
 use crate::run::RunOptions;
 use crate::stress::StressOptions;
 use crate::study::{self, StudyOptions};
@@ -31,6 +32,10 @@ enum Command {
     ///
     /// Example: tidewall run cases/dam-break-elastic/plane.toml --set fluid.spacing=0.006 --until 0.41
     Run(RunArguments),
+    /// Goes on from the last state another run has kept (output.state), into a run folder of its own.
+    ///
+    /// Example: tidewall resume runs/dam-break-elastic-plane-1 --until 0.8 --set coupling.scheme=css
+    Resume(ResumeArguments),
     /// Finds everything that is wrong with a case before a run, and prints the plan.
     ///
     /// Example: tidewall check cases/dam-break-elastic/plane.toml
@@ -112,6 +117,32 @@ struct RunArguments {
 }
 
 #[derive(Args)]
+struct ResumeArguments {
+    /// Folder of the run, whether it has ended, failed or was interrupted.
+    run: PathBuf,
+
+    /// Case to go on with, of the same particles and mesh. Default: that of the run, with the options it was given.
+    #[arg(long, value_name = "CASE")]
+    case: Option<PathBuf>,
+
+    /// Overrides a key that leaves particles and mesh as they are. May be given several times.
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    set: Vec<String>,
+
+    /// Replaces the end time, s.
+    #[arg(long, value_name = "SECONDS")]
+    until: Option<f64>,
+
+    /// Run folder; it must not hold a run already. Default: runs/<case>-<n>.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Threads each solver computes with. Default: all cores.
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+}
+
+#[derive(Args)]
 struct StressArguments {
     /// Cases by the names of their files; all of them without one.
     names: Vec<String>,
@@ -144,6 +175,7 @@ impl CaseArguments {
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(arguments) => run_command(arguments),
+        Command::Resume(arguments) => resume_command(arguments),
         Command::Check(arguments) => {
             check_case(&arguments).map(|checked| print!("{}", plan::describe(&checked)))
         }
@@ -222,10 +254,24 @@ fn cores() -> usize {
 
 fn run_command(arguments: RunArguments) -> Result<(), Failure> {
     let checked = check_case(&arguments.case)?;
-    print!("{}", plan::describe(&checked));
     let threads = arguments.threads.unwrap_or_else(cores).max(1);
-    let options = RunOptions { out: arguments.out, threads };
-    let outcome = run::run(&checked, &options)?;
+    carry_out(&checked, &RunOptions { out: arguments.out, threads, resumed: None })
+}
+
+fn resume_command(arguments: ResumeArguments) -> Result<(), Failure> {
+    let ResumeArguments { run, case, set, until, out, threads } = arguments;
+    let resumed = Resumption::find(&run)?;
+    let case = case.unwrap_or_else(|| resume::lock_of(&run));
+    let checked = check_case(&CaseArguments { case, set, until })?;
+    resumed.check(&checked)?;
+    println!("from {}, step {}, t = {} s", run.display(), resumed.moment.step, resumed.moment.time);
+    let threads = threads.unwrap_or_else(cores).max(1);
+    carry_out(&checked, &RunOptions { out, threads, resumed: Some(resumed) })
+}
+
+fn carry_out(checked: &Checked, options: &RunOptions) -> Result<(), Failure> {
+    print!("{}", plan::describe(checked));
+    let outcome = run::run(checked, options)?;
     println!("{}", outcome.summary());
     outcome.failure.map_or(Ok(()), Err)
 }

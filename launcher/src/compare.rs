@@ -85,9 +85,21 @@ pub fn load_curve(path: &Path, columns: &[Option<&str>]) -> Result<Vec<Vec<(f64,
     columns.iter().flatten().map(|name| table.column(name).ok_or_else(|| missing(name))).collect()
 }
 
-/// The errors of a run so far; a reference whose window the run has not reached is left out.
-pub fn errors(folder: &Path, shared: &Shared, case: &Path) -> Vec<ErrorEntry> {
-    shared.references.iter().filter_map(|reference| error_of(folder, reference, case)).collect()
+/// The errors of a run so far, which began at `begin` s; a reference whose window the run has not reached is left out. Of
+/// a window that began before the run the rest is compared, without bounds: they are for the whole.
+pub fn errors(folder: &Path, shared: &Shared, case: &Path, begin: f64) -> Vec<ErrorEntry> {
+    let error = |reference: &Reference| match reference.from < begin {
+        true => error_of(folder, &rest(reference, begin), case),
+        false => error_of(folder, reference, case),
+    };
+    shared.references.iter().filter_map(error).collect()
+}
+
+/// A reference from a time on, at the same instants.
+fn rest(reference: &Reference, begin: f64) -> Reference {
+    let grid = |every: f64| reference.from + ((begin - reference.from) / every - 1e-6).ceil() * every;
+    let from = if reference.every > 0.0 { grid(reference.every) } else { begin };
+    Reference { from, gate: None, ..reference.clone() }
 }
 
 /// Where a curve lies: beside the case file.

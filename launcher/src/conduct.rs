@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use protocol::case::{Scheme, Shared, Side};
-use protocol::control::{Account, Order, Ready, Reply, Start, StepReport, StepTime};
+use protocol::control::{Account, Order, Part, Ready, Reply, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::phases::{PhaseClock, PhaseTime};
 
 use crate::processes::{Call, Crew};
-use crate::step::{Cast, Ordered, order, pace, settle};
-use crate::time_step::Clock;
+use crate::step::{Cast, Ordered, all, order, pace, settle};
+use crate::time_step::{Clock, Moment};
 
 /// Outputs a run has at least, so that `run.json` and the series never lag far behind.
 const LEAST_OUTPUTS: f64 = 20.0;
@@ -40,6 +40,13 @@ pub trait Observer {
         _accounts: &[(String, Account)],
         _loop_phases: Vec<PhaseTime>,
     ) -> Result<(), Failure> {
+        Ok(())
+    }
+    /// All participants have kept their state at this moment, where the case asks for it.
+    ///
+    /// # Errors
+    /// Its own files cannot be written.
+    fn kept(&mut self, _at: Moment) -> Result<(), Failure> {
         Ok(())
     }
     /// Whether the run shall end after this step.
@@ -84,14 +91,57 @@ pub fn conduct(
     start: Start,
     observer: &mut dyn Observer,
 ) -> Result<Ending, Failure> {
-    let cast = cast(shared);
+    go_on(crew, shared, (start, None), observer)
+}
+
+/// The same from a moment whose state lies in the run folder.
+///
+/// # Errors
+/// As [`conduct`]; also a state that does not fit the scene.
+pub fn resume(
+    crew: &mut dyn Crew,
+    shared: &Shared,
+    (start, from): (Start, Moment),
+    observer: &mut dyn Observer,
+) -> Result<Ending, Failure> {
+    go_on(crew, shared, (start, Some(from)), observer)
+}
+
+fn go_on(
+    crew: &mut dyn Crew,
+    shared: &Shared,
+    (start, from): (Start, Option<Moment>),
+    observer: &mut dyn Observer,
+) -> Result<Ending, Failure> {
+    let mut cast = cast(shared);
     let mut phases = PhaseClock::default();
     let (ready, others_dt) = phases.run("start", || start_all(crew, cast, start))?;
     observer.ready(&ready.counts);
-    let clock = Clock::new(&shared.time, ready.admitted_dt);
+    let (mut clock, mut next_scheme) = (Clock::new(&shared.time, ready.admitted_dt), None);
+    if let Some(moment) = from {
+        let part = (roles(cast), Part::TakeUp);
+        let taken = phases.run("start", || all(crew, cast, part, moment.step_time()))?;
+        clock = Clock::at(&shared.time, moment);
+        if let Some(scheme) = taken.next_scheme {
+            (cast, next_scheme) = (Cast::Coupled(scheme), moment.next_scheme);
+        }
+    }
     let every = shared.output.fields_every.unwrap_or(shared.time.end / LEAST_OUTPUTS);
-    let mut time_loop =
-        TimeLoop { crew, observer, cast, clock, phases, every, frame: 0, shown_step: 0, others_dt };
+    let keeps_state = shared.output.state;
+    let (frame, shown_step) = (frame_of(clock.now().time, every), 0);
+    let mut time_loop = TimeLoop {
+        crew,
+        observer,
+        cast,
+        next_scheme,
+        clock,
+        phases,
+        every,
+        frame,
+        shown_step,
+        others_dt,
+        keeps_state,
+    };
     let (ending, at) = time_loop.run()?;
     time_loop.stop(at)?;
     Ok(ending)
@@ -103,6 +153,8 @@ struct TimeLoop<'a> {
     observer: &'a mut dyn Observer,
     /// Who takes part in the next step to be ordered.
     cast: Cast,
+    /// The scheme of the steps after that one, where the guard changes it.
+    next_scheme: Option<Scheme>,
     clock: Clock,
     phases: PhaseClock,
     /// Time between two outputs, s.
@@ -112,26 +164,30 @@ struct TimeLoop<'a> {
     shown_step: u64,
     /// What all but the water admit for a step, s.
     others_dt: f64,
+    keeps_state: bool,
 }
 
 impl TimeLoop<'_> {
     /// All steps; the last one, and why it was.
     fn run(&mut self) -> Result<(Ending, StepTime), Failure> {
-        let mut at = StepTime { step: 0, time: 0.0, dt: 0.0 };
+        let mut at = self.clock.now().step_time();
         self.output(at)?;
         let mut begun = Instant::now();
         let mut ordered = self.order_next()?;
+        self.cast = self.next_scheme.map_or(self.cast, Cast::Coupled);
         while let Some(step) = ordered {
             at = step.at;
             let (done, next) = self.take(step)?;
             self.phases.add("step", begun.elapsed().as_secs_f64());
             self.observer.stepped(at, &done);
+            self.next_scheme = done.next_scheme;
             if let Some(verdict) = done.verdict {
                 return Err(stopped(&verdict, at));
             }
             if next.is_none() && self.is_output_due(at) {
-                self.frame = (at.time / self.every * (1.0 + 1e-9)) as u32;
+                self.frame = frame_of(at.time, self.every);
                 self.output(at)?;
+                self.keep()?;
             }
             if next.is_none() && self.observer.is_stopped() {
                 return Ok((Ending::Interrupted, at));
@@ -140,7 +196,7 @@ impl TimeLoop<'_> {
             // A guard that changes the scheme does so before it knows whether the next step is ordered already: the
             // change holds for the one after that, so that nothing depends on who was faster. Beyond the first step
             // nothing is ordered ahead.
-            let cast = done.next_scheme.map_or(self.cast, Cast::Coupled);
+            let cast = self.next_scheme.map_or(self.cast, Cast::Coupled);
             if at.step == 1 {
                 self.cast = cast;
             }
@@ -185,15 +241,34 @@ impl TimeLoop<'_> {
         self.observer.output(at, &accounts, self.phases.table())
     }
 
+    /// Has all of them keep their state, where the case asks for it; the launcher's own comes last.
+    fn keep(&mut self) -> Result<(), Failure> {
+        if !self.keeps_state {
+            return Ok(());
+        }
+        let Self { crew, cast, phases, .. } = self;
+        let mut now = self.clock.now();
+        now.next_scheme = self.next_scheme;
+        phases.run("keep", || all(*crew, *cast, (roles(*cast), Part::Keep), now.step_time()))?;
+        self.observer.kept(now)
+    }
+
     /// The end is shown, also where it falls between two outputs.
     fn stop(&mut self, at: StepTime) -> Result<(), Failure> {
-        let Self { crew, cast, frame, phases, .. } = self;
         if self.shown_step != at.step {
+            let Self { crew, cast, frame, phases, .. } = self;
             phases.run("output", || output(*crew, *cast, *frame + 1, at))?;
+            self.keep()?;
         }
+        let Self { crew, cast, phases, .. } = self;
         let accounts = phases.run("output", || stop_all(*crew, *cast))?;
         self.observer.output(at, &accounts, self.phases.table())
     }
+}
+
+/// Number of the output a time belongs to.
+fn frame_of(time: f64, every: f64) -> u32 {
+    (time / every * (1.0 + 1e-9)) as u32
 }
 
 fn stopped(verdict: &str, at: StepTime) -> Failure {

@@ -16,6 +16,7 @@ pub mod plan;
 pub mod processes;
 pub mod progress;
 pub mod report;
+pub mod resume;
 pub mod run;
 pub mod run_json;
 pub mod running_mean;

@@ -11,11 +11,14 @@ use protocol::phases::PhaseTime;
 use protocol::shm::{self, ChannelNeed};
 
 use crate::check::{Checked, Program};
-use crate::conduct::{Ending, Observer, conduct};
+use crate::compare::{self, ErrorEntry};
+use crate::conduct::{self, Ending, Observer};
 use crate::processes::{Interrupt, Launch, ProcessSpec, Processes};
 use crate::progress::Progress;
-use crate::run_json::{RunJson, Status};
-use crate::{compare, folder, report};
+use crate::resume::{self, Resumption};
+use crate::run_json::{Continued, RunJson, Status};
+use crate::time_step::Moment;
+use crate::{folder, report};
 
 /// Largest order or reply, bytes.
 const CONTROL_BYTES: u64 = 64 * 1024;
@@ -27,6 +30,8 @@ pub struct RunOptions {
     pub out: Option<PathBuf>,
     /// Threads each solver computes with.
     pub threads: usize,
+    /// What it goes on from, if it is not to begin at time 0.
+    pub resumed: Option<Resumption>,
 }
 
 /// How a run ended.
@@ -86,6 +91,9 @@ pub fn run(checked: &Checked, options: &RunOptions) -> Result<Outcome, Failure> 
     folder::keep_curves(&mut lock, &folder)?;
     let lock = toml::to_string(&lock).expect("the resolved case is plain TOML");
     folder::write(&folder.join("case.lock.toml"), &lock)?;
+    if let Some(resumed) = &options.resumed {
+        resumed.copy_into(&folder, checked.programs.iter().map(|program| program.role))?;
+    }
     let mut watch = Watch::new(checked, options, &folder);
     watch.json.write(&folder)?;
     let ending = carry_out(checked, options, &mut watch);
@@ -133,7 +141,11 @@ fn carry_out(checked: &Checked, options: &RunOptions, watch: &mut Watch<'_>) -> 
     let mut processes = Processes::start(Launch { names: &names, log: &log, timeout }, &specs)?;
     let size = |name: &str| checked.figure(name).map(|count| count as u64);
     let start = Start { surface_nodes: size("surface_nodes"), dummy_nodes: size("dummy_nodes") };
-    let ending = conduct(&mut processes, &checked.shared, start, watch)?;
+    let (crew, shared) = (&mut processes, &checked.shared);
+    let ending = match &options.resumed {
+        Some(resumed) => conduct::resume(crew, shared, (start, resumed.moment), watch)?,
+        None => conduct::conduct(crew, shared, start, watch)?,
+    };
     processes.finish()?;
     Ok(ending)
 }
@@ -185,6 +197,7 @@ impl<'a> Watch<'a> {
             exit_code: 0,
             dimension: checked.shared.header.dimension,
             counts: BTreeMap::new(),
+            continued: options.resumed.as_ref().map(Continued::from),
             steps: 0,
             simulated_s: 0.0,
             wall_s: 0.0,
@@ -208,10 +221,15 @@ impl<'a> Watch<'a> {
         program.map_or(role, |program| &program.name).to_owned()
     }
 
+    fn errors(&self) -> Vec<ErrorEntry> {
+        let begin = self.json.continued.as_ref().map_or(0.0, |continued| continued.time_s);
+        compare::errors(self.folder, &self.checked.shared, &self.checked.case, begin)
+    }
+
     /// Books how the run ended; gives the failure its process's name.
     fn end(&mut self, ending: Result<Ending, Failure>) -> Option<Failure> {
         self.json.wall_s = self.start.elapsed().as_secs_f64();
-        self.json.errors = compare::errors(self.folder, &self.checked.shared, &self.checked.case);
+        self.json.errors = self.errors();
         let failure = match ending {
             Ok(Ending::Completed) => None,
             Ok(Ending::Interrupted) => Some(interrupted(self.json.steps, self.json.simulated_s)),
@@ -261,8 +279,12 @@ impl Observer for Watch<'_> {
         let named: Vec<_> =
             accounts.iter().map(|(role, account)| (self.display_name(role), account.clone())).collect();
         self.json.take_accounts(wall_s, named.into_iter());
-        self.json.errors = compare::errors(self.folder, &self.checked.shared, &self.checked.case);
+        self.json.errors = self.errors();
         self.json.write(self.folder)
+    }
+
+    fn kept(&mut self, at: Moment) -> Result<(), Failure> {
+        resume::complete(self.folder, at)
     }
 
     fn is_stopped(&self) -> bool {

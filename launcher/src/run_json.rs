@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::compare::ErrorEntry;
 use crate::folder;
+use crate::resume::Resumption;
 
 /// Where a run stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,6 +25,24 @@ pub enum Status {
     Failed,
     /// The user stopped it.
     Interrupted,
+}
+
+/// The run whose state another one goes on from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Continued {
+    /// Its folder.
+    pub run: String,
+    /// Coupling steps it had done.
+    pub step: u64,
+    /// Time of the state, s.
+    pub time_s: f64,
+}
+
+impl From<&Resumption> for Continued {
+    fn from(resumed: &Resumption) -> Self {
+        let run = resumed.run.canonicalize().unwrap_or_else(|_| resumed.run.clone());
+        Self { run: run.display().to_string(), step: resumed.moment.step, time_s: resumed.moment.time }
+    }
 }
 
 /// One process of a run.
@@ -58,7 +77,10 @@ pub struct RunJson {
     pub dimension: usize,
     /// Counts by name.
     pub counts: BTreeMap<String, u64>,
-    /// Coupling steps done.
+    /// What it has gone on from, if it did not begin at time 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub continued: Option<Continued>,
+    /// Coupling steps done, those before the state it has gone on from included.
     pub steps: u64,
     /// Simulated time, s.
     pub simulated_s: f64,

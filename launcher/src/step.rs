@@ -163,6 +163,21 @@ pub fn settle(crew: &mut dyn Crew, step: Ordered, paced: Option<StepReport>) -> 
     Ok(settled)
 }
 
+/// Has all of them do one part at the end of a step that stands: [`Part::Keep`] or [`Part::TakeUp`].
+///
+/// # Errors
+/// The first failure of any participant.
+pub fn all(
+    crew: &mut dyn Crew,
+    cast: Cast,
+    (roles, part): (&[&'static str], Part),
+    at: StepTime,
+) -> Result<StepReport, Failure> {
+    let turns: Vec<Turn> = roles.iter().map(|role| (*role, part)).collect();
+    give(crew, cast, &turns, at)?;
+    gather(crew).map(|gathered| gathered.done)
+}
+
 /// Gives everyone who is present their parts of one pass.
 fn give(crew: &mut dyn Crew, cast: Cast, turns: &[Turn], at: StepTime) -> Result<(), Failure> {
     let absent = if let Cast::Replayed(_, side) = cast { Some(side.role()) } else { None };

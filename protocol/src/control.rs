@@ -70,6 +70,11 @@ pub enum Part {
     Book,
     /// Fluid, solid: write the gauges of the step, which stands.
     Record,
+    /// All: write the whole state at the end of the step to [`crate::state`]. Only programs get it, and the next, that
+    /// have said in their check report that they keep states.
+    Keep,
+    /// All: take the state of the step from there and go on from it.
+    TakeUp,
 }
 
 /// What both ends of a data link expect, from the plan made before the run.

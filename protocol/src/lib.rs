@@ -7,7 +7,7 @@
 //! - [`interface`]: the surface that travels in the handshake and what is exchanged over it at each step.
 //! - [`failure`]: how a run ends when it does not end well.
 //! - [`participant`]: the main program every solver shares: command line, `--check`, the loop over orders.
-//! - [`series`], [`vtk`]: the files of the run folder.
+//! - [`series`], [`vtk`], [`state`]: the files of the run folder.
 //!
 //! Deliberately absent: any physics, and any edge to a solver.
 
@@ -26,6 +26,7 @@ pub mod phases;
 mod program;
 pub mod series;
 pub mod shm;
+pub mod state;
 pub mod sweep;
 pub mod usage;
 pub mod vtk;

@@ -58,6 +58,16 @@ impl Series {
         write().map_err(|error| unwritable(&self.path, &error))
     }
 
+    /// Time before which no row is due, s.
+    pub fn due(&self) -> f64 {
+        self.next
+    }
+
+    /// Writes no row before a time, s: where a series goes on that another run began.
+    pub fn wait_until(&mut self, due: f64) {
+        self.next = due;
+    }
+
     /// Brings everything written so far to the disk.
     ///
     /// # Errors

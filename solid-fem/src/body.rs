@@ -1,6 +1,7 @@
 //! The body in motion: matrices, state, and the phases of one step that [`crate::step`] puts in order.
 
 mod evaluation;
+pub(crate) mod restart;
 
 use protocol::phases::PhaseClock;
 

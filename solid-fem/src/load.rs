@@ -63,7 +63,7 @@ pub(crate) struct Loads {
     marker: Vec<usize>,
     start: Interface,
     end: Interface,
-    has_traction: bool,
+    pub(crate) has_traction: bool,
 }
 
 /// A face load and its facets in mesh node numbers; dead loads at factor 1.

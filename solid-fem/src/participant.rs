@@ -9,7 +9,9 @@ use protocol::header::{Header, Kind};
 use protocol::interface::{ActingLoad, Contract};
 use protocol::link::{Expect, Link, LinkError, Transport, agree};
 use protocol::participant::{Context, Participant, Program, not_my_part};
+use protocol::state::{self, Stamp};
 
+use crate::body::restart::Whole;
 use crate::case::{Analysis, Settings, check};
 use crate::linear::LinearMethod;
 use crate::load::Load;
@@ -139,6 +141,8 @@ impl Participant for FemSolid {
         let running = self.running()?;
         match part {
             Part::Advance => return self.advance(at),
+            Part::Keep => self.keep(at)?,
+            Part::TakeUp => self.take_up(at)?,
             Part::Save => running.solid.save(),
             Part::Restore => running.solid.restore(),
             Part::Record => {
@@ -187,6 +191,29 @@ impl Participant for FemSolid {
 }
 
 impl FemSolid {
+    fn keep(&mut self, at: StepTime) -> Result<(), Failure> {
+        let folder = self.context.folder.clone();
+        let Running { solid, recorder, energy, .. } = self.running()?;
+        let stamp = Stamp::new(at.step, at.time, &solid.sizes());
+        state::write(&folder, NAME, &stamp, &(solid.keep(), recorder.due(), energy[0]))
+    }
+
+    /// The series begin anew, at the state.
+    fn take_up(&mut self, at: StepTime) -> Result<(), Failure> {
+        let (folder, shared) = (self.context.folder.clone(), self.shared.clone());
+        let Running { solid, recorder, modes, energy, .. } = self.running()?;
+        let stamp = Stamp::new(at.step, at.time, &solid.sizes());
+        let (whole, due, start): (Whole, Vec<f64>, f64) = state::read(&folder, NAME, &stamp)?;
+        solid.take_up(whole);
+        *energy = [start, solid.energies().total()];
+        *recorder = Recorder::create(&shared, &folder, solid)?;
+        if modes.is_empty() {
+            recorder.record(at.time, solid)?;
+        }
+        recorder.wait_until(&due);
+        Ok(())
+    }
+
     /// Takes the load, advances, gives the motion back.
     fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
         let is_static = self.settings.analysis == Analysis::Static;

@@ -48,6 +48,16 @@ impl Recorder {
         Ok(Self { series, shown: None, fields, frames: Vec::new() })
     }
 
+    /// Time before which each series has no row, s.
+    pub(crate) fn due(&self) -> Vec<f64> {
+        self.series.iter().map(|(_, series)| series.due()).collect()
+    }
+
+    /// Goes on where a series of another run has ended.
+    pub(crate) fn wait_until(&mut self, due: &[f64]) {
+        self.series.iter_mut().zip(due).for_each(|((_, series), due)| series.wait_until(*due));
+    }
+
     /// The row of a mode in the series of frequencies and displacements; its number stands for the time.
     pub(crate) fn record_mode(&mut self, number: f64, mode: &Mode, dimension: usize) -> Result<(), Failure> {
         self.shown = Some((FREQUENCY[0].to_owned(), mode.frequency));

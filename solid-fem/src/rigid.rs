@@ -16,6 +16,7 @@ use protocol::interface::{Contract, Surface};
 use protocol::link::{Expect, Link, LinkError, Transport, agree};
 use protocol::participant::{Context, Participant, Program, not_my_part};
 use protocol::series::Series;
+use protocol::state::{self, Stamp};
 
 use crate::box_grid::BoxGrid;
 use protocol::case::Prescribed;
@@ -83,7 +84,7 @@ pub fn check(case: &CaseFile) -> CheckReport {
             left_out.push(LeftOut::new(&unused.join(", "), "keys of an elastic body; this one is rigid"));
         }
     }
-    CheckReport::new("solid-rigid", case, plan, left_out)
+    CheckReport::new("solid-rigid", case, plan, left_out).with_state()
 }
 
 impl RigidSolid {
@@ -168,6 +169,30 @@ impl RigidSolid {
         }
     }
 
+    /// What a state must be of to be taken up: the motion depends on the time alone, so that it is little.
+    fn stamp(&self, at: StepTime) -> Stamp {
+        let sizes = [("dimension", self.surface.dimension), ("interface_nodes", self.surface.node_count())];
+        Stamp::new(at.step, at.time, &sizes)
+    }
+
+    /// Starts the series with a row at a time.
+    fn begin_series(&mut self, time: f64) -> Result<(), Failure> {
+        let d = self.surface.dimension;
+        self.series.clear();
+        for gauge in &self.shared.gauges {
+            let (is_reaction, columns) = match gauge.kind {
+                GaugeKind::Reaction if d == 2 => (true, &FORCE_2D[..]),
+                GaugeKind::Reaction => (true, &FORCE_3D[..]),
+                GaugeKind::Displacement { .. } => (false, &DISPLACEMENT[..d]),
+                _ => continue,
+            };
+            let every = self.shared.output.series_every;
+            self.series
+                .push((is_reaction, Series::create(&self.context.folder, &gauge.name, columns, every)?));
+        }
+        self.record(time)
+    }
+
     /// The support holds against the load: minus its force and moment; displacement is the same everywhere.
     fn record(&mut self, time: f64) -> Result<(), Failure> {
         let d = self.surface.dimension;
@@ -194,19 +219,7 @@ impl Participant for RigidSolid {
         if start.surface_nodes.is_some() && self.shared.fluid.is_some() {
             self.connect(transport).map_err(|error| error.into_failure(NAME, 0, 0.0, "handshake"))?;
         }
-        let d = self.surface.dimension;
-        for gauge in &self.shared.gauges {
-            let (is_reaction, columns) = match gauge.kind {
-                GaugeKind::Reaction if d == 2 => (true, &FORCE_2D[..]),
-                GaugeKind::Reaction => (true, &FORCE_3D[..]),
-                GaugeKind::Displacement { .. } => (false, &DISPLACEMENT[..d]),
-                _ => continue,
-            };
-            let every = self.shared.output.series_every;
-            self.series
-                .push((is_reaction, Series::create(&self.context.folder, &gauge.name, columns, every)?));
-        }
-        self.record(0.0)?;
+        self.begin_series(0.0)?;
         let counts = BTreeMap::from([("solid_nodes".to_owned(), self.surface.node_count() as u64)]);
         Ok(Ready { counts, admitted_dt: f64::INFINITY })
     }
@@ -220,6 +233,17 @@ impl Participant for RigidSolid {
                 self.send_motion(at).map_err(lost)?;
             }
             Part::Record => self.record(at.time)?,
+            Part::Keep => {
+                let due: Vec<f64> = self.series.iter().map(|(_, series)| series.due()).collect();
+                state::write(&self.context.folder, NAME, &self.stamp(at), &(self.total, due))?;
+            }
+            Part::TakeUp => {
+                let state = state::read(&self.context.folder, NAME, &self.stamp(at))?;
+                let (total, due): ([f64; 6], Vec<f64>) = state;
+                self.total = total;
+                self.begin_series(at.time)?;
+                self.series.iter_mut().zip(&due).for_each(|((_, series), due)| series.wait_until(*due));
+            }
             // The motion depends on the time alone: there is no state to keep.
             Part::Save | Part::Restore => (),
             other => return Err(not_my_part(other)),

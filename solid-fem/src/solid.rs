@@ -5,6 +5,7 @@ use protocol::phases::PhaseTime;
 
 use crate::assembly::Assembly;
 use crate::body::Body;
+use crate::body::restart::Whole;
 use crate::error::{SolidError, Trouble};
 use crate::halving;
 use crate::linear::LinearMethod;
@@ -252,6 +253,30 @@ impl Solid {
             self.body.loads.restore(&self.saved.load);
             self.body.is_resting = false;
         }
+    }
+
+    /// The whole state, for a run that goes on from it.
+    pub(crate) fn keep(&self) -> Whole {
+        self.body.keep()
+    }
+
+    /// Goes on from the state of a solid of the same mesh and elements.
+    pub(crate) fn take_up(&mut self, whole: Whole) {
+        self.body.take_up(whole);
+    }
+
+    /// Lengths a state taken up must have.
+    pub(crate) fn sizes(&self) -> [(&'static str, usize); 7] {
+        let mesh = self.mesh();
+        [
+            ("dimension", mesh.dimension),
+            ("solid_nodes", mesh.node_count()),
+            ("solid_elements", mesh.element_count()),
+            ("nodes_per_element", mesh.nodes_per_element()),
+            ("element_history", self.body.assembly.history_len()),
+            ("interface_nodes", self.surface.node_count()),
+            ("interface_markers", self.surface.facets.markers().len()),
+        ]
     }
 
     /// The scene it was made from.

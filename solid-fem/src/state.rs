@@ -1,10 +1,12 @@
 //! The motion of a body at one instant, from where to where a step goes, and what steps took.
 
+use serde::{Deserialize, Serialize};
+
 use crate::assembly::At;
 use crate::load::When;
 
 /// What defines the motion at one instant; all `[n, D]`.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
     /// s.
     pub(crate) time: f64,
@@ -51,7 +53,7 @@ pub(crate) struct Span {
 }
 
 /// Counts for the report.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Steps asked for.
     pub steps: u64,

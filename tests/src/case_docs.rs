@@ -10,7 +10,8 @@ const HEAD: &str = "\
 # The case file
 
 One TOML file describes a scene, in SI units. `tidewall check CASE` finds everything that is wrong with it at once and
-prints the plan; `--set section.key=value` overrides a key. An unknown key is a mistake, never ignored.
+prints the plan; `--set section.key=value` overrides a key, `--set section.key=` takes it out. An unknown key is a mistake, never
+ignored.
 
 A section that is absent takes its physics out of the run: without `[fluid]` no water is computed, without `[solid]`
 there is no obstacle, without `[gravity]` no weight. `[case]` and `[time]` are always needed, `[domain]` with `[fluid]`.

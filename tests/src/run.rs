@@ -51,6 +51,13 @@ impl Stage {
         Running::start(command, self.out(out))
     }
 
+    /// `tidewall resume` of the run of one name into the run folder of another, from start to end.
+    pub fn resume(&self, from: &str, out: &str, arguments: &[&str]) -> Finished {
+        let mut command = Command::new(programs::program("tidewall"));
+        command.arg("resume").arg(self.out(from)).arg("--out").arg(self.out(out)).args(arguments);
+        Running::start(command, self.out(out)).end()
+    }
+
     /// `tidewall run` of the case from start to end.
     pub fn run(&self, out: &str, arguments: &[&str]) -> Finished {
         self.start(out, arguments).end()

@@ -4,8 +4,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use launcher::check::{Checked, Program};
-use launcher::conduct::{Ending, Observer, cast, conduct, roles};
+use launcher::conduct::{Ending, Observer, cast, conduct, resume, roles};
 use launcher::processes::{Duty, Threads};
+use launcher::time_step::Moment;
 use protocol::case::{CaseFile, CheckReport, Shared};
 use protocol::control::Start;
 use protocol::failure::Failure;
@@ -18,10 +19,27 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 /// # Errors
 /// The first failure of any participant.
 pub fn run(lock: &Path, folder: &Path, threads: usize) -> Result<Ending, Failure> {
+    run_watched((lock, None), folder, threads, &mut Nobody)
+}
+
+/// The same under the eyes of an observer, and from a moment whose state lies in `folder`, if there is one.
+///
+/// # Errors
+/// The first failure of any participant.
+pub fn run_watched(
+    (lock, from): (&Path, Option<Moment>),
+    folder: &Path,
+    threads: usize,
+    observer: &mut dyn Observer,
+) -> Result<Ending, Failure> {
     let checked = check(lock);
     let duties = roles(cast(&checked.shared)).iter().map(|role| duty(role, &checked, folder, threads));
     let mut crew = Threads::start(TIMEOUT, duties.collect())?;
-    let ending = conduct(&mut crew, &checked.shared, start(&checked), &mut Nobody)?;
+    let (shared, start) = (&checked.shared, start(&checked));
+    let ending = match from {
+        Some(moment) => resume(&mut crew, shared, (start, moment), observer)?,
+        None => conduct(&mut crew, shared, start, observer)?,
+    };
     crew.finish()?;
     Ok(ending)
 }

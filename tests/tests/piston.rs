@@ -144,7 +144,7 @@ impl Rig {
     }
 
     /// One step by the scheme of the settings.
-    fn step(&mut self, dt: f64, snapshot: &mut Snapshot<2>) -> f64 {
+    fn step(&mut self, dt: f64, snapshot: &mut Snapshot) -> f64 {
         let Some(mut passes) = self.settings.passes.take() else {
             self.motion.predict(dt, &self.solid, &self.mapping);
             return self.pass(dt);

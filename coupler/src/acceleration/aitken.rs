@@ -2,10 +2,12 @@
 //!
 //! Source: Irons & Tuck, Int. J. Numer. Meth. Eng. 1, 1969; Kuettler & Wall, Comput. Mech. 43, 2008.
 
+use serde::{Deserialize, Serialize};
+
 use super::relax;
 
 /// Its memory within a step.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Aitken {
     first: f64,
     relaxation: f64,
@@ -36,6 +38,10 @@ impl Aitken {
             }
         }
         relax(guess, found, self.relaxation);
+    }
+
+    pub(super) fn take_up(&mut self, kept: Self) {
+        self.relaxation = kept.relaxation;
     }
 
     pub(super) fn end_step(&mut self) {

@@ -1,5 +1,7 @@
 //! What both quasi-Newton methods are made of: the changes from pass to pass, and an orthonormal basis of them.
 
+use serde::{Deserialize, Serialize};
+
 use super::dot;
 
 /// A column whose part orthogonal to the others is smaller than this, relative to itself, is left out.
@@ -8,7 +10,7 @@ use super::dot;
 const FILTER: f64 = 1e-6;
 
 /// A change of the residual and the change of the solid's answer that goes with it, `[n]` m each.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Change {
     pub(super) residual: Vec<f64>,
     pub(super) answer: Vec<f64>,

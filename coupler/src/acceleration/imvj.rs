@@ -10,11 +10,13 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use super::change::{Basis, Change, LastPass, subtract_known};
 use super::{Reuse, relax, residual_of};
 
 /// Its memory.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Imvj {
     reuse: Reuse,
     /// q and w - J q of the steps before, newest first.
@@ -22,11 +24,16 @@ pub struct Imvj {
     /// Number of terms of each of them, newest first.
     in_past: VecDeque<usize>,
     /// The same of the current step.
+    #[serde(skip)]
     basis: Basis,
+    #[serde(skip)]
     last: LastPass,
+    #[serde(skip)]
     change: Change,
+    #[serde(skip)]
     residual: Vec<f64>,
     /// Room of terms given up.
+    #[serde(skip)]
     spare: Vec<Change>,
 }
 
@@ -54,6 +61,10 @@ impl Imvj {
         }
         guess.copy_from_slice(found);
         subtract_known(self.basis.columns().iter().chain(&self.terms), &self.residual, guess);
+    }
+
+    pub(super) fn take_up(&mut self, kept: Self) {
+        (self.terms, self.in_past) = (kept.terms, kept.in_past);
     }
 
     fn forget(&mut self) {

@@ -8,11 +8,13 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use super::change::{Basis, Change, LastPass, subtract_known};
 use super::{relax, residual_of};
 
 /// What is taken over from step to step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reuse {
     /// Steps whose changes serve the next ones.
     pub steps: usize,
@@ -21,7 +23,7 @@ pub struct Reuse {
 }
 
 /// Its memory.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct IqnIls {
     reuse: Reuse,
     /// Newest first.
@@ -29,10 +31,14 @@ pub struct IqnIls {
     /// Number of changes of the current step, and of the steps before, newest first.
     in_step: usize,
     in_past: VecDeque<usize>,
+    #[serde(skip)]
     last: LastPass,
+    #[serde(skip)]
     residual: Vec<f64>,
+    #[serde(skip)]
     basis: Basis,
     /// Room of changes given up.
+    #[serde(skip)]
     spare: Vec<Change>,
 }
 
@@ -66,6 +72,10 @@ impl IqnIls {
         }
         guess.copy_from_slice(found);
         subtract_known(self.basis.columns(), &self.residual, guess);
+    }
+
+    pub(super) fn take_up(&mut self, kept: Self) {
+        (self.changes, self.in_past) = (kept.changes, kept.in_past);
     }
 
     fn keep(&mut self, count: usize) {

@@ -6,12 +6,14 @@ mod change;
 mod imvj;
 mod iqn_ils;
 
+use serde::{Deserialize, Serialize};
+
 pub use aitken::Aitken;
 pub use imvj::Imvj;
 pub use iqn_ils::{IqnIls, Reuse};
 
 /// How the next guess follows from the passes so far.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum Acceleration {
     /// x + omega r.
     Fixed {
@@ -34,6 +36,16 @@ impl Acceleration {
             Self::Aitken(aitken) => aitken.improve(guess, found),
             Self::IqnIls(newton) => newton.improve(guess, found),
             Self::Imvj(newton) => newton.improve(guess, found),
+        }
+    }
+
+    /// Takes over what another one of its kind has learnt.
+    pub fn take_up(&mut self, kept: Self) {
+        match (self, kept) {
+            (Self::Aitken(aitken), Self::Aitken(kept)) => aitken.take_up(kept),
+            (Self::IqnIls(newton), Self::IqnIls(kept)) => newton.take_up(kept),
+            (Self::Imvj(newton), Self::Imvj(kept)) => newton.take_up(kept),
+            _ => (),
         }
     }
 

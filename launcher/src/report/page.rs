@@ -10,7 +10,7 @@ use super::picture::{self, View};
 use super::scene::Scene;
 use super::svg::{Band, Line, Plot, escape};
 use crate::compare::{Table, unit_of};
-use crate::run_json::{RunJson, Status};
+use crate::run_json::{Continued, RunJson, Status};
 use protocol::phases::PhaseTime;
 
 /// Instants a run is shown at.
@@ -115,6 +115,13 @@ fn head(json: &RunJson) -> String {
         escape(&json.tidewall),
         escape(&counts.join(", "))
     );
+    if let Some(Continued { run, step, time_s }) = &json.continued {
+        let _ = write!(
+            text,
+            "<p>Continued from {} at t = {time_s:.6} s, step {step}; sums and extremes include that run's.</p>",
+            escape(run)
+        );
+    }
     if let Some(failure) = &json.failure {
         let _ = write!(text, "<p class=\"bad\">{}</p>", escape(&failure.to_string()));
     }

@@ -95,7 +95,7 @@ pub(super) fn carry_out(folder: &Path, checked: &Checked, threads: usize) -> Res
     if folder.join("case.lock.toml").exists() {
         std::fs::remove_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
     }
-    let outcome = run::run(checked, &RunOptions { out: Some(folder.to_owned()), threads })?;
+    let outcome = run::run(checked, &RunOptions { out: Some(folder.to_owned()), threads, resumed: None })?;
     match outcome.failure {
         Some(failure) if matches!(failure.class, FailureClass::Interrupted | FailureClass::Resource) => {
             Err(failure)

@@ -57,6 +57,9 @@ pub struct CheckReport {
     pub plan: Vec<PlanFigure>,
     /// What the scene does not need of it.
     pub left_out: Vec<LeftOut>,
+    /// Whether it can write its whole state and take it up again.
+    #[serde(default)]
+    pub keeps_state: bool,
 }
 
 impl CheckReport {
@@ -70,7 +73,13 @@ impl CheckReport {
             keys: case.keys(),
             plan,
             left_out,
+            keeps_state: false,
         }
+    }
+
+    /// The same report of a program that can write its whole state and take it up again.
+    pub fn with_state(self) -> Self {
+        Self { keeps_state: true, ..self }
     }
 
     /// A figure of the plan.

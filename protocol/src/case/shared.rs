@@ -64,6 +64,8 @@ pub struct Output {
     pub fields_every: Option<f64>,
     /// Time between two rows of a series, s; 0 is every step.
     pub series_every: f64,
+    /// Whether the whole state is kept at every output, for `tidewall resume`.
+    pub state: bool,
 }
 
 /// Everything several programs read.
@@ -200,6 +202,12 @@ fn read_output(case: &CaseFile) -> Output {
         .at_least(0.0)
         .about("Time between two rows of a series; 0 is every step.")
         .default(0.0);
+    let state = section.flag(
+        "state",
+        false,
+        "Keep the whole state in the run folder at every output and at the end, also of an interrupted run, so that \
+         tidewall resume can go on from it; without fields_every there are 20 outputs.",
+    );
     section.finish();
-    Output { fields_every, series_every }
+    Output { fields_every, series_every, state }
 }

@@ -64,7 +64,8 @@ pub(crate) fn parse(text: &str, told: &dyn Fn(Place) -> Place) -> (Table, Vec<Di
     (convert_table(table.get_ref(), &place), diagnostics.collect())
 }
 
-/// Parses one `key.path=value` option and lays it over the table. A value that is no TOML is taken as text.
+/// Parses one `key.path=value` option and lays it over the table. A value that is no TOML is taken as text; without one
+/// the key is taken out.
 pub(crate) fn overlay(table: &mut Table, option: &str) -> Result<(), Diagnostic> {
     let place = Place::Option(option.to_owned());
     let refuse = |message: String| Diagnostic {
@@ -90,7 +91,11 @@ pub(crate) fn overlay(table: &mut Table, option: &str) -> Result<(), Diagnostic>
             _ => return Err(refuse(format!("{key} is no section"))),
         }
     }
-    target.0.insert(last.to_owned(), Node { value, place });
+    if text.is_empty() {
+        target.0.remove(last);
+    } else {
+        target.0.insert(last.to_owned(), Node { value, place });
+    }
     Ok(())
 }
 

@@ -27,7 +27,7 @@ pub fn check(case: &CaseFile) -> CheckReport {
         start_figures(case, &settings, &mut plan);
         absences(&settings, shared.time.max_dt, &mut left_out);
     }
-    CheckReport::new("solid-fem", case, plan, left_out)
+    CheckReport::new("solid-fem", case, plan, left_out).with_state()
 }
 
 /// The steps of an analysis of modes are its modes.

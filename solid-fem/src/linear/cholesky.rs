@@ -91,6 +91,17 @@ impl Cholesky {
         factor.solve_in_place_with_conj(Conj::No, vector, Par::Seq, MemStack::new(&mut self.memory));
     }
 
+    /// The values of the factor.
+    pub fn values(&self) -> &[f64] {
+        &self.factor
+    }
+
+    /// Takes the values of a factor on the same pattern.
+    pub fn set_values(&mut self, values: Vec<f64>) {
+        assert_eq!(values.len(), self.factor.len(), "the factor of one pattern has one length");
+        self.factor = values;
+    }
+
     /// Bytes of the factor.
     pub fn factor_bytes(&self) -> usize {
         8 * self.factor.len()

@@ -83,6 +83,20 @@ impl LinearSolver {
         self.factor_serves = false;
     }
 
+    /// The values of the factor, where one serves.
+    pub(crate) fn factor(&self) -> Option<&[f64]> {
+        self.factor.as_ref().filter(|_| self.factor_serves).map(|factor| factor.values())
+    }
+
+    /// Takes the values of a factor on the same pattern; without them none serves.
+    pub(crate) fn set_factor(&mut self, pattern: &BlockPattern, values: Option<Vec<f64>>) {
+        self.factor_serves = values.is_some();
+        if let Some(values) = values {
+            let factor = self.factor.get_or_insert_with(|| Box::new(Cholesky::new(pattern, &self.position)));
+            factor.set_values(values);
+        }
+    }
+
     /// Solves A x = b to a relative tolerance.
     pub(crate) fn solve(
         &mut self,

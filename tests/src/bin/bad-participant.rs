@@ -3,6 +3,7 @@
 //!
 //! - `version`: it was built with a later protocol version, which its data messages carry and expect;
 //! - `check-version`: the same, and its answer to `--check` says so;
+//! - `forgets`: its answer to `--check` says that it keeps no state;
 //! - `size`: it has made another surface than it has planned.
 
 use std::process::ExitCode;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
             if flaw() == "check-version" {
                 report.protocol_version = LATER;
             }
+            report.keeps_state &= flaw() != "forgets";
             report
         },
         build: |case, context| {
