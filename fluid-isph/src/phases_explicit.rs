@@ -20,6 +20,8 @@ impl<const D: usize> Fluid<D> {
         let dt = self.admitted_time_step();
         self.find_images();
         self.assemble_matrix();
+        self.find_eddy_viscosity();
+        self.find_viscous_acceleration();
         self.build_preconditioner();
         self.find_intermediate_velocity(dt);
         self.assemble_source(dt);
