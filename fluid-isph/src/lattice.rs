@@ -77,7 +77,10 @@ impl<const D: usize> Lattice<D> {
         let layers = |k: usize, upper: usize| if tank.open[k][upper] { 0 } else { deep };
         let axes: [Vec<f64>; D] = std::array::from_fn(|k| {
             let below = (0..layers(k, 0)).rev().map(|n| tank.min[k] - (n as f64 + 0.5) * self.spacing);
-            let inside = layer_centres(tank.min[k], tank.max[k], self.spacing).into_iter();
+            let inside = match tank.open[k] {
+                [false, false] => layer_centres(tank.min[k], tank.max[k], self.spacing),
+                open => layers_from_wall((tank.min[k], tank.max[k]), open, self.spacing),
+            };
             let above = (0..layers(k, 1)).map(|n| tank.max[k] + (n as f64 + 0.5) * self.spacing);
             below.chain(inside).chain(above).collect()
         });
@@ -99,6 +102,14 @@ fn layer_centres(lower: f64, upper: f64, spacing: f64) -> Vec<f64> {
     let count = ((upper - lower) / spacing).round().max(1.0);
     let pitch = (upper - lower) / count;
     (0..count as usize).map(|k| lower + (k as f64 + 0.5) * pitch).collect()
+}
+
+/// Centres of the layers between `lower` and `upper` of which one at least is open: at the spacing of the lattice itself, from the
+/// wall on. Stretched to end at the rim they would be out of step with the water, and dense or thin to it.
+fn layers_from_wall((lower, upper): (f64, f64), open: [bool; 2], spacing: f64) -> Vec<f64> {
+    let count = ((upper - lower) / spacing).round().max(1.0);
+    let first = if open[0] && !open[1] { upper - count * spacing } else { lower };
+    (0..count as usize).map(|k| first + (k as f64 + 0.5) * spacing).collect()
 }
 
 /// Visits every point of a product of axes, x fastest, with its numbers along the axes.
@@ -213,6 +224,19 @@ mod tests {
         assert!(
             lattice.wall.iter().all(|x| { x[0] < -0.007 || x[0] > 0.591 || x[1] < -0.007 || x[1] > 0.299 })
         );
+    }
+
+    /// 1.0 m is no whole number of spacings; the water's 0.292 m is, and its rows must go on in the walls beside it.
+    #[test]
+    fn walls_beside_an_open_face_are_in_step_with_the_water() {
+        let mut scene = dam(0.003);
+        for open in [[false, true], [true, false]] {
+            scene.tank.open[1] = open;
+            let lattice = Lattice::new(&scene).unwrap();
+            let start = if open[0] { scene.tank.max[1] } else { scene.tank.min[1] };
+            let rows = |x: &Vector<2>| ((x[1] - start) / lattice.spacing + 0.5).rem_euclid(1.0);
+            assert!(lattice.wall.iter().all(|x| rows(x).min(1.0 - rows(x)) < 1e-6), "{open:?}");
+        }
     }
 
     #[test]
