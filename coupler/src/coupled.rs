@@ -2,27 +2,27 @@
 
 use std::collections::BTreeMap;
 
-use protocol::case::{Scheme, Shared, Side};
+use protocol::case::{Scheme, Shared, SolidOutline};
 use protocol::control::{Account, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::header::Kind;
-use protocol::interface::{Contract, Surface};
-use protocol::link::{Link, Transport, agree};
+use protocol::interface::Surface;
+use protocol::link::{Link, Transport};
 use protocol::participant::Context;
 use protocol::phases::PhaseClock;
 
-use crate::case::{OnGuard, Settings, open_replay};
+use crate::case::{OnGuard, Settings};
 use crate::dummy_mesh::DummyMesh;
 use crate::escalation::Escalation;
-use crate::exchange::{receive_solid, receive_surface, refused, send_body_mesh};
 use crate::guard::{self, LoadJump};
+use crate::handshake::Handshake;
 use crate::ledger::Ledger;
 use crate::load::{Load, total_area};
 use crate::mapping::Mapping;
 use crate::motion::{FluidMotion, SolidMotion};
 use crate::participant::NAME;
 use crate::passes::Passes;
-use crate::record::{Recorder, Replay, unusable};
+use crate::record::{Recorder, Replay};
 
 /// Everything the coupler holds between two steps.
 pub(crate) struct Coupled {
@@ -73,52 +73,18 @@ impl Coupled {
         start: &Start,
         transport: &mut dyn Transport,
     ) -> Result<Self, Failure> {
-        let outline = shared.solid.as_ref().ok_or_else(|| missing("solid"))?;
-        let dimension = shared.header.dimension;
-        let contract = |nodes: Option<u64>| -> Result<Contract, Failure> {
-            let node_count = nodes.ok_or_else(|| missing("interface size"))? as usize;
-            Ok(Contract { dimension, node_count, end_time: shared.time.end, scene: context.scene })
-        };
-        let with_solid = contract(start.surface_nodes)?;
-        // A node has one marker per face it belongs to, at most one per axis.
-        let capacity = 8 + with_solid.node_count * dimension * (1 + dimension);
-        let (replay, side) = match open_replay(settings) {
-            Some((recording, side)) => (Some(Replay::new(recording.map_err(unusable)?)), Some(side)),
-            None => (None, None),
-        };
-        let mut connect = |peer: Side, capacity: usize| match &replay {
-            Some(replay) if side == Some(peer) => Ok(replay.link(peer.role())),
-            _ => transport.connect(peer.role(), capacity).map_err(refused("connect")),
-        };
-        let mut solid_link = connect(Side::Solid, capacity)?;
-        agree(&mut *solid_link, &with_solid).map_err(refused("handshake"))?;
-        let surface = receive_surface(&mut *solid_link).map_err(refused("handshake"))?;
-        let mut solid = SolidMotion::default();
-        receive_solid(&mut *solid_link, 0, &surface, &mut solid).map_err(refused("handshake"))?;
-
+        let mut handshake = Handshake::new(shared, settings, context, start, transport)?;
+        let (solid_link, surface, solid) = handshake.with_solid()?;
+        let outline = handshake.outline;
         let dummy = DummyMesh::span(outline, &settings.dummy_elements);
         let mapping = Mapping::new(settings.mapping, dummy.reference_position(), &surface)
             .map_err(|error| Failure::new(FailureClass::Case, NAME, "mapping", error.to_string()))?;
-        let mut initial = vec![0.0; dummy.reference_position().len()];
-        mapping.spread_motion(&solid.displacement, &mut initial);
-        let is_rigid = outline.model == "rigid";
-        // Passes are the launcher's to order: chosen ones begin with the second step.
-        let is_chosen = settings.scheme == Scheme::Strong && shared.scheme != Scheme::Strong;
-        let first = if is_chosen { Scheme::Robin } else { settings.scheme };
-        let body = (is_rigid, outline.prescribed);
-        let motion = FluidMotion::new((first, settings), body, dummy.reference_position(), &initial);
-        let response_mass = mapping
-            .spread_scalar(&surface.areal_mass)
-            .iter()
-            .map(|mass| settings.robin_factor * mass)
-            .collect();
-        let mesh = dummy.body_mesh(response_mass, motion.response());
-        let motion_len = mesh.motion_len();
-        let capacity = mesh.encode().len().max(motion_len);
-        let mut fluid_link = connect(Side::Fluid, capacity)?;
-        agree(&mut *fluid_link, &contract(start.dummy_nodes)?).map_err(refused("handshake"))?;
-        send_body_mesh(&mut *fluid_link, &mesh).map_err(refused("handshake"))?;
-
+        let first = first_scheme(settings, shared.scheme);
+        let motion = first_motion((first, settings), outline, (&dummy, &mapping), &solid);
+        let mesh = dummy.body_mesh(response_mass(settings, &surface, &mapping), motion.response());
+        let fluid_link = handshake.with_fluid(&mesh)?;
+        let (is_rigid, replay) = (outline.model == "rigid", handshake.into_replay());
+        let dimension = shared.header.dimension;
         Ok(Self {
             scheme: first,
             next_scheme: None,
@@ -148,7 +114,7 @@ impl Coupled {
             solid,
             fluid_link,
             solid_link,
-            motion_len,
+            motion_len: mesh.motion_len(),
         })
     }
 
@@ -271,8 +237,30 @@ pub(crate) fn begin_record(
     Ok(recorder)
 }
 
-fn missing(what: &str) -> Failure {
-    Failure::new(FailureClass::Bug, NAME, "start", format!("no {what} in the order"))
+/// Passes are the launcher's to order: chosen ones begin after the first steps.
+fn first_scheme(settings: &Settings, written: Scheme) -> Scheme {
+    let is_chosen = settings.scheme == Scheme::Strong && written != Scheme::Strong;
+    if is_chosen { Scheme::Robin } else { settings.scheme }
+}
+
+/// The motion of the fluid's side, before the first step.
+fn first_motion(
+    rule: (Scheme, &Settings),
+    outline: &SolidOutline,
+    (dummy, mapping): (&DummyMesh, &Mapping),
+    solid: &SolidMotion,
+) -> FluidMotion {
+    let mut initial = vec![0.0; dummy.reference_position().len()];
+    mapping.spread_motion(&solid.displacement, &mut initial);
+    let body = (outline.model == "rigid", outline.prescribed);
+    FluidMotion::new(rule, body, dummy.reference_position(), &initial)
+}
+
+/// m_r at the fluid's nodes, `[n]` kg/m2.
+fn response_mass(settings: &Settings, surface: &Surface, mapping: &Mapping) -> Vec<f64> {
+    let mut mass = mapping.spread_scalar(&surface.areal_mass);
+    mass.iter_mut().for_each(|mass| *mass *= settings.robin_factor);
+    mass
 }
 
 /// rho_f g H times the wetted area, N: the scale of the load of water at rest.

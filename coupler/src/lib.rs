@@ -16,6 +16,7 @@ pub mod dummy_mesh;
 pub mod escalation;
 mod exchange;
 pub mod guard;
+mod handshake;
 pub mod ledger;
 pub mod load;
 pub mod mapping;

@@ -1,0 +1,89 @@
+//! The start of a run: both data links are opened, or taken from a recording, and each side is told about the other.
+
+use protocol::case::{Shared, Side, SolidOutline};
+use protocol::control::Start;
+use protocol::failure::{Failure, FailureClass};
+use protocol::interface::{BodyMesh, Contract, Surface};
+use protocol::link::{Link, Transport, agree};
+use protocol::participant::Context;
+
+use crate::case::{Settings, open_replay};
+use crate::exchange::{receive_solid, receive_surface, refused, send_body_mesh};
+use crate::motion::SolidMotion;
+use crate::participant::NAME;
+use crate::record::{Replay, unusable};
+
+/// What both sides agree on, and how they are reached.
+pub(crate) struct Handshake<'a> {
+    pub(crate) outline: &'a SolidOutline,
+    shared: &'a Shared,
+    context: &'a Context,
+    start: &'a Start,
+    transport: &'a mut dyn Transport,
+    replay: Option<(Replay, Side)>,
+}
+
+/// The solid's link, its surface and its motion at the start.
+type Shaken = (Box<dyn Link<f64>>, Surface, SolidMotion);
+
+impl<'a> Handshake<'a> {
+    /// Opens the recording, if there is one.
+    pub(crate) fn new(
+        shared: &'a Shared,
+        settings: &Settings,
+        context: &'a Context,
+        start: &'a Start,
+        transport: &'a mut dyn Transport,
+    ) -> Result<Self, Failure> {
+        let outline = shared.solid.as_ref().ok_or_else(|| missing("solid"))?;
+        let replay = match open_replay(settings) {
+            Some((recording, side)) => Some((Replay::new(recording.map_err(unusable)?), side)),
+            None => None,
+        };
+        Ok(Self { outline, shared, context, start, transport, replay })
+    }
+
+    /// Takes what the solid says of itself.
+    pub(crate) fn with_solid(&mut self) -> Result<Shaken, Failure> {
+        let contract = self.contract(self.start.surface_nodes)?;
+        // A node has one marker per face it belongs to, at most one per axis.
+        let capacity = 8 + contract.node_count * contract.dimension * (1 + contract.dimension);
+        let mut link = self.connect(Side::Solid, capacity)?;
+        agree(&mut *link, &contract).map_err(refused("handshake"))?;
+        let surface = receive_surface(&mut *link).map_err(refused("handshake"))?;
+        let mut solid = SolidMotion::default();
+        receive_solid(&mut *link, 0, &surface, &mut solid).map_err(refused("handshake"))?;
+        Ok((link, surface, solid))
+    }
+
+    /// The fluid's link; the fluid has got its side of the interface.
+    pub(crate) fn with_fluid(&mut self, mesh: &BodyMesh) -> Result<Box<dyn Link<f64>>, Failure> {
+        let capacity = mesh.encode().len().max(mesh.motion_len());
+        let mut link = self.connect(Side::Fluid, capacity)?;
+        agree(&mut *link, &self.contract(self.start.dummy_nodes)?).map_err(refused("handshake"))?;
+        send_body_mesh(&mut *link, mesh).map_err(refused("handshake"))?;
+        Ok(link)
+    }
+
+    /// The recording that goes on in the place of one side.
+    pub(crate) fn into_replay(self) -> Option<Replay> {
+        self.replay.map(|(replay, _)| replay)
+    }
+
+    fn contract(&self, nodes: Option<u64>) -> Result<Contract, Failure> {
+        let node_count = nodes.ok_or_else(|| missing("interface size"))? as usize;
+        let (dimension, end_time) = (self.shared.header.dimension, self.shared.time.end);
+        Ok(Contract { dimension, node_count, end_time, scene: self.context.scene })
+    }
+
+    fn connect(&mut self, peer: Side, capacity: usize) -> Result<Box<dyn Link<f64>>, Failure> {
+        match &self.replay {
+            Some((replay, side)) if *side == peer => Ok(replay.link(peer.role())),
+            _ => self.transport.connect(peer.role(), capacity).map_err(refused("connect")),
+        }
+    }
+}
+
+fn missing(what: &str) -> Failure {
+    Failure::new(FailureClass::Bug, NAME, "start", format!("no {what} in the order"))
+}
