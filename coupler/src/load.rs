@@ -4,13 +4,14 @@ use protocol::interface::{Facets, Surface, add_traction_forces};
 
 use crate::case::LoadForm;
 use crate::dummy_mesh::DummyMesh;
-use crate::mapping::{Mapping, marker_rows};
+use crate::mapping::{Mapping, Sparse, marker_rows};
 
 /// Loads of one step, reused at every step.
 pub struct Load {
     /// Number of the marker at each corner of each facet.
     corner_markers: Vec<usize>,
-    rows: Vec<Vec<(usize, f64)>>,
+    /// From the fluid's markers to the solid's.
+    rows: Sparse,
     /// Marker pressures, `[m]` Pa.
     pub pressure: Vec<f64>,
     normal: Vec<f64>,
@@ -75,13 +76,7 @@ impl Load {
         let acting = if form == LoadForm::Pair { &self.pair } else { &self.marker };
         mapping.gather_load(acting, &mut self.on_solid);
         let dimension = self.normal.len() / self.pressure.len().max(1);
-        self.traction_on_solid.fill(0.0);
-        for (target, row) in self.traction_on_solid.chunks_exact_mut(dimension.max(1)).zip(&self.rows) {
-            for &(marker, weight) in row {
-                (0..dimension)
-                    .for_each(|axis| target[axis] += weight * self.traction[marker * dimension + axis]);
-            }
-        }
+        self.rows.spread(dimension, &self.traction, &mut self.traction_on_solid);
     }
 }
 

@@ -15,12 +15,14 @@ const TICKS: f64 = 1e4;
 pub struct Progress {
     bar: Option<ProgressBar>,
     end: f64,
+    /// Simulated time of the start, known with the first step.
+    begin: Option<f64>,
     start: Instant,
     last_line: Instant,
 }
 
 impl Progress {
-    /// Starts at 0 with the end of the run, s.
+    /// Starts with the end of the run, s.
     pub fn new(end: f64) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(TICKS as u64);
@@ -28,17 +30,18 @@ impl Progress {
             bar.set_style(style.expect("the template is constant and valid"));
             bar
         });
-        Self { bar, end, start: Instant::now(), last_line: Instant::now() }
+        Self { bar, end, begin: None, start: Instant::now(), last_line: Instant::now() }
     }
 
     /// Shows a step.
     pub fn show(&mut self, at: StepTime, done: &StepReport) {
+        let begin = *self.begin.get_or_insert(at.time - at.dt);
         let due = self.last_line.elapsed() >= LINE_EVERY;
         if self.bar.is_none() && !due {
             return;
         }
         let share = at.time / self.end;
-        let left = self.start.elapsed().as_secs_f64() * (1.0 - share) / share.max(1e-9);
+        let left = self.start.elapsed().as_secs_f64() * (self.end - at.time) / (at.time - begin).max(1e-12);
         let shown =
             done.shown.as_ref().map_or(String::new(), |(name, value)| format!("  {name} {value:.4e}"));
         let text =

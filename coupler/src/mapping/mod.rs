@@ -9,10 +9,12 @@ mod identity;
 mod nearest;
 mod projection;
 mod rbf;
+mod sparse;
 
 use protocol::interface::Surface;
 
 pub use projection::marker_rows;
+pub use sparse::Sparse;
 
 use crate::case::MappingKind;
 use couple::Couple;
@@ -21,8 +23,7 @@ use couple::Couple;
 #[derive(Debug, Clone)]
 pub struct Mapping {
     dimension: usize,
-    starts: Vec<usize>,
-    entries: Vec<(usize, f64)>,
+    rows: Sparse,
     couples: Vec<Couple>,
 }
 
@@ -73,50 +74,26 @@ impl Mapping {
             MappingKind::Nearest => (nearest::rows(points, surface), Vec::new()),
             MappingKind::Rbf => (rbf::rows(points, surface)?, Vec::new()),
         };
-        let mut starts = vec![0];
-        let mut entries = Vec::new();
-        for row in rows {
-            entries.extend(row.into_iter().filter(|entry| entry.1 != 0.0));
-            starts.push(entries.len());
-        }
-        Ok(Self { dimension: surface.dimension, starts, entries, couples })
-    }
-
-    fn row(&self, node: usize) -> &[(usize, f64)] {
-        &self.entries[self.starts[node]..self.starts[node + 1]]
+        Ok(Self { dimension: surface.dimension, rows: Sparse::pack(rows), couples })
     }
 
     /// Motion to the fluid's side: `target = H source`, both `[n, D]`.
     pub fn spread_motion(&self, source: &[f64], target: &mut [f64]) {
         let dimension = self.dimension;
-        for (node, value) in target.chunks_exact_mut(dimension).enumerate() {
-            value.fill(0.0);
-            for &(solid, weight) in self.row(node) {
-                for axis in 0..dimension {
-                    value[axis] += weight * source[solid * dimension + axis];
-                }
-            }
-        }
+        self.rows.spread(dimension, source, target);
         self.couples.iter().for_each(|couple| couple.add_motion(dimension, source, target));
     }
 
     /// A number per node to the fluid's side, `[n]`.
     pub fn spread_scalar(&self, source: &[f64]) -> Vec<f64> {
-        let value = |node: usize| self.row(node).iter().map(|&(solid, weight)| weight * source[solid]).sum();
-        (0..self.starts.len() - 1).map(value).collect()
+        let value = |row: &[(usize, f64)]| row.iter().map(|&(solid, weight)| weight * source[solid]).sum();
+        self.rows.rows().map(value).collect()
     }
 
     /// Load to the solid's side: `target = H' source`, both `[n, D]` N.
     pub fn gather_load(&self, source: &[f64], target: &mut [f64]) {
         let dimension = self.dimension;
-        target.fill(0.0);
-        for (node, force) in source.chunks_exact(dimension).enumerate() {
-            for &(solid, weight) in self.row(node) {
-                for axis in 0..dimension {
-                    target[solid * dimension + axis] += weight * force[axis];
-                }
-            }
-        }
+        self.rows.gather(dimension, source, target);
         self.couples.iter().for_each(|couple| couple.add_load(dimension, source, target));
     }
 }

@@ -6,7 +6,7 @@ use protocol::interface::{Facets, InterfaceMarker, Surface};
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
 use super::couple::Couple;
-use super::{MappingError, Rows};
+use super::{MappingError, Rows, Sparse};
 use crate::dummy_mesh::DummyMesh;
 
 type Point = [f64; 3];
@@ -67,7 +67,7 @@ pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Coupl
 }
 
 /// For every marker of the solid the markers of the fluid's side, on the same face, that give its traction, with weights.
-pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Rows {
+pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Sparse {
     let dimension = surface.dimension;
     let target = Target::new(dimension, dummy.reference_position(), dummy.facets());
     let markers = dummy.facets().markers();
@@ -80,7 +80,7 @@ pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Rows {
         };
         nodes.map(entry).collect()
     };
-    surface.facets.markers().into_iter().map(row).collect()
+    Sparse::pack(surface.facets.markers().into_iter().map(row).collect())
 }
 
 impl<'a> Target<'a> {
