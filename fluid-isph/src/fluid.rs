@@ -155,18 +155,45 @@ impl<const D: usize> Fluid<D> {
     /// # Errors
     /// [`FluidError`] with the step, the time and the cause.
     pub fn advance(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<(), FluidError> {
-        self.step_number += 1;
-        // One entry into the thread pool for the whole step instead of one for each loop.
-        let result = rayon::scope(|_| self.advance_in_pool(dt, motion));
-        result.map_err(|fault| FluidError { step: self.step_number, time: self.time, fault })
+        let last = self.respond(dt, motion)?;
+        self.conclude(last)
     }
 
-    fn advance_in_pool(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<(), StepFault> {
+    /// A coupling step of `dt` s as far as the structure waits for it: its load stands, and only the last sub-step is left
+    /// to follow. Returns the length of that one, s, for [`Self::conclude`].
+    ///
+    /// # Errors
+    /// [`FluidError`] with the step, the time and the cause.
+    pub fn respond(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<f64, FluidError> {
+        self.step_number += 1;
+        // One entry into the thread pool for the whole step instead of one for each loop.
+        let result = rayon::scope(|_| self.respond_in_pool(dt, motion));
+        result.map_err(|fault| self.fault(fault))
+    }
+
+    /// The rest of a coupling step: the water moves by its last sub-step of `substep` s.
+    ///
+    /// # Errors
+    /// [`FluidError`] with the step, the time and the cause.
+    pub fn conclude(&mut self, substep: f64) -> Result<(), FluidError> {
+        let result = rayon::scope(|_| self.follow(substep));
+        result.map_err(|fault| self.fault(fault))?;
+        if let Some(body) = self.body.as_mut().filter(|body| body.response == Response::Robin) {
+            body.remember_pressure(&self.walls);
+        }
+        Ok(())
+    }
+
+    fn fault(&self, fault: StepFault) -> FluidError {
+        FluidError { step: self.step_number, time: self.time, fault }
+    }
+
+    fn respond_in_pool(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<f64, StepFault> {
         self.take_motion(motion)?;
         self.marker_pressure.fill(0.0);
         self.pair_force.fill(0.0);
         let (mut done, mut taken) = (0.0, 0);
-        while dt - done > 1e-9 * dt {
+        loop {
             let rest = dt - done;
             let count = (rest / (STEP_TOLERANCE * self.admitted_time_step())).ceil().max(1.0);
             let needed = u64::from(taken) + count as u64;
@@ -177,17 +204,26 @@ impl<const D: usize> Fluid<D> {
             if let Some(cause) = self.step_limits().binding(wanted) {
                 self.health.limited_steps[cause] += 1;
             }
-            let substep =
-                if self.explicit.is_some() { self.step_explicitly(wanted)? } else { self.step(wanted)? };
+            let substep = match self.explicit {
+                Some(_) => self.find_flow_explicitly(wanted)?,
+                None => self.find_flow(wanted)?,
+            };
             self.share_load(substep, dt);
             done += substep;
             taken += 1;
+            if dt - done <= 1e-9 * dt {
+                self.last_substeps = taken;
+                return Ok(substep);
+            }
+            self.follow(substep)?;
         }
-        self.last_substeps = taken;
-        if let Some(body) = self.body.as_mut().filter(|body| body.response == Response::Robin) {
-            body.remember_pressure(&self.walls);
+    }
+
+    fn follow(&mut self, substep: f64) -> Result<(), StepFault> {
+        match self.explicit {
+            Some(_) => self.follow_flow_explicitly(substep),
+            None => self.follow_flow(substep),
         }
-        Ok(())
     }
 
     /// Whether the coupling steps to come may be passed over again, so that their answers are compared.

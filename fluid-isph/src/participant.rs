@@ -209,7 +209,7 @@ impl<const D: usize> Running<D> {
         Ok(())
     }
 
-    /// Takes the motion, advances, gives the load back.
+    /// Takes the motion, gives the load back, and lets the water follow while the structure moves.
     fn advance(&mut self, at: StepTime) -> Result<StepReport, Failure> {
         let Self { fluid, interface, pool, clock, saved_step, .. } = self;
         let lost = |phase| move |error: LinkError| error.into_failure(NAME, at.step, at.time, phase);
@@ -221,10 +221,11 @@ impl<const D: usize> Running<D> {
         }
         fluid.expect_passes(*saved_step == at.step);
         let motion = interface.as_ref().map(Interface::motion);
-        pool.install(|| fluid.advance(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
+        let last = pool.install(|| fluid.respond(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
         if let Some(interface) = interface {
             clock.run("send load", || interface.send(at, fluid)).map_err(lost("send load"))?;
         }
+        pool.install(|| fluid.conclude(last)).map_err(|error| error.into_failure(NAME))?;
         let (admitted_dt, substeps) = (fluid.admitted_time_step(), fluid.last_substeps());
         Ok(StepReport { admitted_dt, substeps, ..StepReport::default() })
     }

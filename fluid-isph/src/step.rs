@@ -6,9 +6,9 @@ use crate::fluid::Fluid;
 use crate::obstacle::Obstacles;
 
 impl<const D: usize> Fluid<D> {
-    /// Advances all particles by `dt` s, or by half, a quarter, ... of it if the water would move too far; returns
-    /// the time advanced.
-    pub(crate) fn step(&mut self, mut dt: f64) -> Result<f64, StepFault> {
+    /// The flow over the next `dt` s, or over half, a quarter, ... of it if the water would move too far, and its load
+    /// on the body; returns the time it holds for.
+    pub(crate) fn find_flow(&mut self, mut dt: f64) -> Result<f64, StepFault> {
         self.timed("sort", Self::sort_particles);
         if self.periodic.is_some() {
             self.timed("images", Self::find_images);
@@ -41,6 +41,11 @@ impl<const D: usize> Fluid<D> {
         if self.body.is_some() {
             self.timed("load", |fluid| fluid.find_load(dt)); // reaction to (4), markers by (7)
         }
+        Ok(dt)
+    }
+
+    /// Lets the water follow it. Nobody waits for this: a structure has its load and moves meanwhile.
+    pub(crate) fn follow_flow(&mut self, dt: f64) -> Result<(), StepFault> {
         if self.obstacles.as_ref().is_some_and(Obstacles::is_moving) {
             self.timed("obstacle load", |fluid| fluid.find_obstacle_load(dt));
         }
@@ -51,7 +56,6 @@ impl<const D: usize> Fluid<D> {
         if self.shifting.is_some() {
             self.timed("shift", |fluid| fluid.shift_particles(dt));
         }
-        self.timed("check", Self::check_particles)?;
-        Ok(dt)
+        self.timed("check", Self::check_particles)
     }
 }

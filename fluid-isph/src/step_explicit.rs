@@ -6,9 +6,9 @@ use crate::fluid::Fluid;
 use crate::obstacle::Obstacles;
 
 impl<const D: usize> Fluid<D> {
-    /// Advances all particles by `dt` s, or by half, a quarter, ... of it if the water would move too far; returns
-    /// the time advanced.
-    pub(crate) fn step_explicitly(&mut self, mut dt: f64) -> Result<f64, StepFault> {
+    /// The flow over the next `dt` s, or over half, a quarter, ... of it if the water would move too far; returns the
+    /// time it holds for.
+    pub(crate) fn find_flow_explicitly(&mut self, mut dt: f64) -> Result<f64, StepFault> {
         self.timed("sort", Self::sort_particles);
         if self.periodic.is_some() {
             self.timed("images", Self::find_images);
@@ -35,12 +35,16 @@ impl<const D: usize> Fluid<D> {
                 None => break,
             }
         }
+        Ok(dt)
+    }
+
+    /// Lets the water follow it.
+    pub(crate) fn follow_flow_explicitly(&mut self, dt: f64) -> Result<(), StepFault> {
         self.timed("density", |fluid| fluid.advance_density(dt))?; // continuity
         if self.obstacles.as_ref().is_some_and(Obstacles::is_moving) {
             self.timed("obstacle load", |fluid| fluid.find_obstacle_load(dt));
         }
         self.timed("move", |fluid| fluid.move_particles(dt)); // x += dt v
-        self.timed("check", Self::check_particles)?;
-        Ok(dt)
+        self.timed("check", Self::check_particles)
     }
 }
