@@ -83,6 +83,15 @@ pub struct Fluid<const D: usize> {
     pub(crate) solved: u64,
 }
 
+/// A part of a coupling step whose flow is known.
+#[derive(Debug, Clone, Copy)]
+pub struct SubStep {
+    /// Its length, s.
+    dt: f64,
+    /// Its share in the coupling step.
+    share: f64,
+}
+
 /// What the level of the pressure and its negative values mean in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PressureLevel {
@@ -156,27 +165,41 @@ impl<const D: usize> Fluid<D> {
     /// [`FluidError`] with the step, the time and the cause.
     pub fn advance(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<(), FluidError> {
         let last = self.respond(dt, motion)?;
-        self.conclude(last)
+        self.load(last);
+        self.follow(last)
     }
 
-    /// A coupling step of `dt` s as far as the structure waits for it: its load stands, and only the last sub-step is left
-    /// to follow. Returns the length of that one, s, for [`Self::conclude`].
+    /// A coupling step of `dt` s up to the flow over its last sub-step; its [load](Self::load) is next, and that the water
+    /// [follows](Self::follow).
     ///
     /// # Errors
     /// [`FluidError`] with the step, the time and the cause.
-    pub fn respond(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<f64, FluidError> {
+    pub fn respond(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<SubStep, FluidError> {
         self.step_number += 1;
-        // One entry into the thread pool for the whole step instead of one for each loop.
+        // One entry into the thread pool for all of it instead of one for each loop.
         let result = rayon::scope(|_| self.respond_in_pool(dt, motion));
         result.map_err(|fault| self.fault(fault))
     }
 
-    /// The rest of a coupling step: the water moves by its last sub-step of `substep` s.
+    /// The load on the body over a sub-step whose flow is known. After the last one of a coupling step the means over it
+    /// stand, [`Self::marker_pressure`] and [`Self::pair_force`], which is all a structure waits for.
+    pub fn load(&mut self, substep: SubStep) {
+        rayon::scope(|_| self.find_load(substep.dt));
+        let Some(body) = &mut self.body else { return };
+        body.add_nodal_load(substep.share, &mut self.pair_force);
+        body.move_nodes(substep.dt);
+        let pressures = self.markers.iter().flat_map(|markers| &markers.pressure);
+        for (mean, pressure) in self.marker_pressure.iter_mut().zip(pressures) {
+            *mean += substep.share * pressure;
+        }
+    }
+
+    /// Lets the water follow the flow over the last sub-step, which ends the coupling step.
     ///
     /// # Errors
     /// [`FluidError`] with the step, the time and the cause.
-    pub fn conclude(&mut self, substep: f64) -> Result<(), FluidError> {
-        let result = rayon::scope(|_| self.follow(substep));
+    pub fn follow(&mut self, last: SubStep) -> Result<(), FluidError> {
+        let result = rayon::scope(|_| self.follow_in_pool(last.dt));
         result.map_err(|fault| self.fault(fault))?;
         if let Some(body) = self.body.as_mut().filter(|body| body.response == Response::Robin) {
             body.remember_pressure(&self.walls);
@@ -188,7 +211,7 @@ impl<const D: usize> Fluid<D> {
         FluidError { step: self.step_number, time: self.time, fault }
     }
 
-    fn respond_in_pool(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<f64, StepFault> {
+    fn respond_in_pool(&mut self, dt: f64, motion: Option<Motion<'_>>) -> Result<SubStep, StepFault> {
         self.take_motion(motion)?;
         self.marker_pressure.fill(0.0);
         self.pair_force.fill(0.0);
@@ -204,25 +227,26 @@ impl<const D: usize> Fluid<D> {
             if let Some(cause) = self.step_limits().binding(wanted) {
                 self.health.limited_steps[cause] += 1;
             }
-            let substep = match self.explicit {
+            let taken_dt = match self.explicit {
                 Some(_) => self.find_flow_explicitly(wanted)?,
                 None => self.find_flow(wanted)?,
             };
-            self.share_load(substep, dt);
-            done += substep;
+            let substep = SubStep { dt: taken_dt, share: taken_dt / dt };
+            done += substep.dt;
             taken += 1;
             if dt - done <= 1e-9 * dt {
                 self.last_substeps = taken;
                 return Ok(substep);
             }
-            self.follow(substep)?;
+            self.load(substep);
+            self.follow_in_pool(substep.dt)?;
         }
     }
 
-    fn follow(&mut self, substep: f64) -> Result<(), StepFault> {
+    fn follow_in_pool(&mut self, dt: f64) -> Result<(), StepFault> {
         match self.explicit {
-            Some(_) => self.follow_flow_explicitly(substep),
-            None => self.follow_flow(substep),
+            Some(_) => self.follow_flow_explicitly(dt),
+            None => self.follow_flow(dt),
         }
     }
 
@@ -254,17 +278,6 @@ impl<const D: usize> Fluid<D> {
         body.set_motion(motion);
         self.speed_limit = self.speed_limit.max(RUNAWAY * body.largest_speed());
         Ok(())
-    }
-
-    /// Adds a sub-step's share to the means over the coupling step, and moves the body's nodes on.
-    fn share_load(&mut self, substep: f64, dt: f64) {
-        let Some(body) = &mut self.body else { return };
-        body.add_nodal_load(substep / dt, &mut self.pair_force);
-        body.move_nodes(substep);
-        let pressures = self.markers.iter().flat_map(|markers| &markers.pressure);
-        for (mean, pressure) in self.marker_pressure.iter_mut().zip(pressures) {
-            *mean += substep / dt * pressure;
-        }
     }
 
     pub(crate) fn timed<T>(&mut self, name: &'static str, phase: impl FnOnce(&mut Self) -> T) -> T {

@@ -7,7 +7,7 @@ use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
 use protocol::header::{Header, Kind};
 use protocol::interface::{BodyMesh, Contract, Response};
-use protocol::link::{Expect, Link, LinkError, Transport, agree};
+use protocol::link::{Expect, Knock, Link, LinkError, Transport, agree};
 use protocol::participant::{Context, Participant, Program, not_my_part};
 use protocol::phases::PhaseClock;
 use protocol::state::{self, Stamp};
@@ -66,6 +66,8 @@ struct Interface {
     motion: Vec<f64>,
     nodal_len: usize,
     response: Response,
+    /// At the doors of those who wait for the load, one after the other.
+    knocks: Vec<Knock>,
 }
 
 impl<const D: usize> FluidParticipant<D> {
@@ -107,6 +109,7 @@ impl<const D: usize> FluidParticipant<D> {
             motion: vec![0.0; mesh.motion_len()],
             nodal_len: mesh.node_count() * D,
             response: mesh.response,
+            knocks: ["coupler", "solid"].into_iter().filter_map(|role| transport.knock(role)).collect(),
         };
         Ok((interface, mesh))
     }
@@ -223,9 +226,11 @@ impl<const D: usize> Running<D> {
         let motion = interface.as_ref().map(Interface::motion);
         let last = pool.install(|| fluid.respond(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
         if let Some(interface) = interface {
+            interface.knocks.iter().for_each(|knock| knock());
+            pool.install(|| fluid.load(last));
             clock.run("send load", || interface.send(at, fluid)).map_err(lost("send load"))?;
         }
-        pool.install(|| fluid.conclude(last)).map_err(|error| error.into_failure(NAME))?;
+        pool.install(|| fluid.follow(last)).map_err(|error| error.into_failure(NAME))?;
         let (admitted_dt, substeps) = (fluid.admitted_time_step(), fluid.last_substeps());
         Ok(StepReport { admitted_dt, substeps, ..StepReport::default() })
     }

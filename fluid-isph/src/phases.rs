@@ -267,7 +267,7 @@ impl<const D: usize> Fluid<D> {
     }
 
     /// Load of this sub-step on the body's particles and markers, the Robin wall's give-way, the work done.
-    pub(crate) fn find_load(&mut self, dt: f64) {
+    pub(crate) fn find_body_load(&mut self, dt: f64) {
         let Some(body) = &mut self.body else { return };
         let mut load = std::mem::take(&mut body.load);
         self.find_reaction(self.walls.body(), dt, &mut load);

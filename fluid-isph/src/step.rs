@@ -6,8 +6,8 @@ use crate::fluid::Fluid;
 use crate::obstacle::Obstacles;
 
 impl<const D: usize> Fluid<D> {
-    /// The flow over the next `dt` s, or over half, a quarter, ... of it if the water would move too far, and its load
-    /// on the body; returns the time it holds for.
+    /// The flow over the next `dt` s, or over half, a quarter, ... of it if the water would move too far; returns the time
+    /// it holds for.
     pub(crate) fn find_flow(&mut self, mut dt: f64) -> Result<f64, StepFault> {
         self.timed("sort", Self::sort_particles);
         if self.periodic.is_some() {
@@ -38,10 +38,14 @@ impl<const D: usize> Fluid<D> {
                 None => break,
             }
         }
-        if self.body.is_some() {
-            self.timed("load", |fluid| fluid.find_load(dt)); // reaction to (4), markers by (7)
-        }
         Ok(dt)
+    }
+
+    /// Its load on the body.
+    pub(crate) fn find_load(&mut self, dt: f64) {
+        if self.body.is_some() {
+            self.timed("load", |fluid| fluid.find_body_load(dt)); // reaction to (4), markers by (7)
+        }
     }
 
     /// Lets the water follow it. Nobody waits for this: a structure has its load and moves meanwhile.

@@ -254,4 +254,13 @@ pub trait Transport {
     /// # Errors
     /// [`LinkError::PeerSilent`] when the peer does not come in time, [`LinkError::Transport`].
     fn connect(&mut self, peer: &str, send_capacity: usize) -> Result<Box<dyn Link<f64>>, LinkError>;
+
+    /// The means to knock at the door of another process, which something will be sent to in a moment: by then it is awake.
+    /// `None` where it takes no part in the run, or where waking costs nothing.
+    fn knock(&mut self, _process: &str) -> Option<Knock> {
+        None
+    }
 }
+
+/// Wakes one process; nothing else follows from it, and nothing from its not being heard.
+pub type Knock = Box<dyn Fn()>;

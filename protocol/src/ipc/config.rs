@@ -23,6 +23,8 @@ pub(super) const DATA: EventId = EventId::new(1);
 pub(super) const ABORT: EventId = EventId::new(2);
 /// A process has attached to a channel.
 pub(super) const ATTACHED: EventId = EventId::new(3);
+/// Something will be sent to the process in a moment.
+pub(super) const KNOCK: EventId = EventId::new(4);
 const MAX_EVENT: usize = 7;
 
 /// Payloads begin on a cache line.
@@ -102,6 +104,11 @@ pub(super) fn events(node: &Node<ipc::Service>, name: &str, peer: &str) -> Resul
             .disable_notifier_dead_event()
             .open_or_create()
     })
+}
+
+/// The event service `name`, if it is there.
+pub(super) fn open_events(node: &Node<ipc::Service>, name: &str) -> Option<Events> {
+    node.service_builder(&name.try_into().ok()?).event().open().ok()
 }
 
 /// The sending end of a channel for messages up to `capacity` items.

@@ -9,7 +9,7 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::ipc;
 
-use super::config::{self, ABORT, Events, broken};
+use super::config::{self, ABORT, Events, KNOCK, broken};
 use super::stop_flag;
 use crate::link::LinkError;
 use crate::names::{self, RunNames};
@@ -20,7 +20,7 @@ pub(super) const SLICE: Duration = Duration::from_millis(100);
 /// A wait that was at most this part of the time since the one before, the last time, is spent awake, giving way to whoever
 /// has work: putting a core to sleep and waking it again would take a good part of it, above all on a virtual machine
 /// (`docs/performance.md`, "Orders and channels"). Who waits for most of the time, as all do for the water, sleeps
-/// from the start and takes no turns with the water's threads.
+/// from the start and takes no turns with the water's threads; the water knocks shortly before it is done.
 const SMALL_PART: u32 = 3;
 
 /// Longer waits are slept through in any case.
@@ -28,6 +28,9 @@ const LONG: Duration = Duration::from_millis(5);
 
 /// Awake beyond twice the last wait.
 const GRACE: Duration = Duration::from_micros(100);
+
+/// Awake after a knock.
+const KNOCKED: Duration = Duration::from_millis(1);
 
 /// Shortest sleep: a time-out of zero would mean an endless one to the socket below.
 const SHORTEST: Duration = Duration::from_millis(1);
@@ -43,6 +46,7 @@ pub(super) struct Inbox {
     _events: Events,
     timeout: Cell<Duration>,
     aborted: Cell<bool>,
+    knocked: Cell<bool>,
     watch: RefCell<Option<Box<Watch>>>,
 }
 
@@ -52,8 +56,8 @@ impl Inbox {
         let events = config::events(&node, &names::inbox(process), process)?;
         let listener = events.listener_builder().create().map_err(|error| broken(process, error))?;
         let (process, timeout) = (process.to_owned(), Cell::new(timeout));
-        let (aborted, watch) = (Cell::new(false), RefCell::new(None));
-        Ok(Self { process, node, listener, _events: events, timeout, aborted, watch })
+        let (aborted, knocked, watch) = (Cell::new(false), Cell::new(false), RefCell::new(None));
+        Ok(Self { process, node, listener, _events: events, timeout, aborted, knocked, watch })
     }
 
     pub(super) fn process(&self) -> &str {
@@ -78,6 +82,12 @@ impl Inbox {
         events.notifier_builder().create().map_err(|error| broken(process, error))
     }
 
+    /// The means to wake another process, if it takes part: the launcher makes the inboxes of all who do.
+    pub(super) fn bell_if_there(&self, process: &str) -> Option<Notifier<ipc::Service>> {
+        let events = config::open_events(&self.node, &names::inbox(process))?;
+        events.notifier_builder().create().ok()
+    }
+
     /// Calls the run off for this process.
     pub(super) fn abort(&self) {
         self.aborted.set(true);
@@ -91,9 +101,14 @@ impl Inbox {
 
     /// Sleeps until an event or the end of the slice; `Ok(true)` after an event.
     fn sleep(&self, slice: Duration) -> Result<bool, LinkError> {
-        let mut aborted = false;
-        let slept = self.listener.timed_wait(|event| aborted |= event.id == ABORT, slice);
-        self.aborted.set(self.aborted.get() || aborted);
+        let slept = self.listener.timed_wait(
+            |event| match event.id {
+                ABORT => self.aborted.set(true),
+                KNOCK => self.knocked.set(true),
+                _ => (),
+            },
+            slice,
+        );
         match slept {
             Ok(events) => Ok(events > 0),
             // A signal ends the slice; what it meant is in the stop flag or seen by the watch.
@@ -136,18 +151,20 @@ pub(super) struct Patience<'a> {
     peer: &'a str,
     limit: Option<Duration>,
     start: Instant,
-    awake: Duration,
+    awake_until: Cell<Instant>,
 }
 
 impl<'a> Patience<'a> {
     /// A wait that ends after `limit`, or never by itself.
     pub(super) fn new(inbox: &'a Inbox, peer: &'a str, limit: Option<Duration>) -> Self {
-        Self { inbox, peer, limit, start: Instant::now(), awake: Duration::ZERO }
+        let start = Instant::now();
+        Self { inbox, peer, limit, start, awake_until: Cell::new(start) }
     }
 
     /// The same, awake at first if such waits are short.
     pub(super) fn with_habit(self, habit: &Habit) -> Self {
-        Self { awake: habit.awake(), ..self }
+        self.awake_until.set(self.start + habit.awake());
+        self
     }
 
     /// Tells the habit how long this wait took.
@@ -155,19 +172,22 @@ impl<'a> Patience<'a> {
         habit.book(self.start.elapsed());
     }
 
-    /// Sleeps until something happens, at most for `slice`; at the start of a short wait only gives way.
+    /// Sleeps until something happens, at most for `slice`; at the start of a short wait and after a knock only gives way.
     ///
     /// # Errors
     /// [`LinkError::Aborted`], [`LinkError::PeerSilent`] past the limit, or what the watch has seen.
     pub(super) fn pause(&self, slice: Duration) -> Result<(), LinkError> {
         self.inbox.check()?;
-        if self.start.elapsed() < self.awake {
+        if Instant::now() < self.awake_until.get() {
             std::thread::yield_now();
             return Ok(());
         }
         let left = self.limit.map_or(SLICE, |limit| limit.saturating_sub(self.start.elapsed()));
         let woken = self.inbox.sleep(slice.min(SLICE).min(left).max(SHORTEST))?;
         self.inbox.check()?;
+        if self.inbox.knocked.take() {
+            self.awake_until.set(Instant::now() + KNOCKED);
+        }
         if woken {
             return Ok(());
         }

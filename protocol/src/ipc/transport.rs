@@ -3,9 +3,10 @@
 use std::rc::Rc;
 use std::time::Duration;
 
+use super::config::KNOCK;
 use super::inbox::Inbox;
 use super::link::IpcLink;
-use crate::link::{Link, LinkError, Transport};
+use crate::link::{Knock, Link, LinkError, Transport};
 use crate::names::{LAUNCHER, RunNames};
 use crate::shm::CONTROL_CAPACITY;
 
@@ -49,5 +50,13 @@ impl Transport for IpcTransport {
         let mut link = IpcLink::<f64>::new(&self.inbox, peer, send_capacity)?;
         link.attach()?;
         Ok(Box::new(link))
+    }
+
+    fn knock(&mut self, process: &str) -> Option<Knock> {
+        let bell = self.inbox.bell_if_there(process)?;
+        Some(Box::new(move || {
+            // One that is not heard costs nothing but time.
+            let _ = bell.notify_with_custom_event_id(KNOCK);
+        }))
     }
 }
