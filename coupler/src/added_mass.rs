@@ -5,7 +5,7 @@ use protocol::case::{FluidOutline, Scheme, Shared};
 use crate::case::Settings;
 
 /// Largest added-mass ratio at which the conventional staggered scheme is stable with the default integrator, by order
-/// of the prediction, in a modal model; the real fluid's limit lies lower.
+/// of the prediction, in a modal model; the real fluid's limit of a column of known mass lies a tenth lower.
 const CSS_LIMITS: [f64; 3] = [2.8, 2.1, 1.1];
 
 /// Largest added-mass ratio for a Robin wall that is chosen: beyond it the wall is stable, but its motion is right with

@@ -239,7 +239,7 @@ fn passes_swing_with_the_coupled_frequency_in_at_most_four_a_step() {
 
 #[test]
 fn staggering_is_stable_below_its_limit_and_caught_above() {
-    for (order, stable, unstable) in [(0, 0.5, 5.0), (1, 0.5, 5.0), (2, 0.5, 1.4)] {
+    for (order, stable, unstable) in [(0, 2.2, 3.2), (1, 1.1, 2.0), (2, 0.8, 1.0)] {
         let option = format!("coupling.prediction_order={order}");
         let options = ["coupling.scheme=css", &option];
         assert_right(&run(&options, stable, 600.0, 2.3));
