@@ -12,6 +12,7 @@ pub mod conduct;
 pub mod conform;
 pub mod diagnostics;
 pub mod folder;
+pub mod measures;
 pub mod plan;
 pub mod processes;
 pub mod progress;
