@@ -1,8 +1,8 @@
 //! One pass per water particle: neighbours, n_i, matrix row, wall row, wall moments, Robin terms.
 //!
-//! Diagonal: sum a_ij over water + max(0, A_full - sum a_ij over water and wall) + 1e-6 A_full. The middle term stands
-//! for the missing neighbours, which are air at P = 0: no free-surface flag, no Dirichlet set. Walls are not in the
-//! matrix (Neumann by omission). Strictly dominant, so symmetric positive definite always.
+//! Diagonal: sum a_ij over water + c max(0, A_full - sum a_ij over water and wall) + 1e-6 A_full. The middle term stands
+//! for the missing neighbours, which are air at P = 0: no free-surface flag, no Dirichlet set; c = 1 but for films
+//! (`air.rs`). Walls are not in the matrix (Neumann by omission). Strictly dominant, so symmetric positive definite always.
 
 use std::ops::Range;
 
@@ -53,6 +53,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub kernel: &'a Kernel<D>,
     /// Wall particles.
     pub walls: &'a Walls<D>,
+    /// How often the share of the missing neighbours counts, -.
+    pub air: f64,
     /// Robin wall, where there is one.
     pub robin: Option<RobinTerms<'a, D>>,
 }
@@ -184,7 +186,7 @@ fn assemble_chunk<L: Lanes, S: Shape, const D: usize>(
             }
         }
         rows.wall_end.push(rows.wall_value.len() as u32);
-        let missing = (kernel.full_diagonal - own.coupling - wall.coupling).max(0.0);
+        let missing = around.air * (kernel.full_diagonal - own.coupling - wall.coupling).max(0.0);
         let extra = REGULARISATION * kernel.full_diagonal + wall.robin_diagonal;
         let diagonal = (own.coupling + missing + extra) as f32;
         rows.value[own.own] = diagonal;

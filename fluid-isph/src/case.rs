@@ -6,6 +6,7 @@ mod surroundings;
 
 use protocol::case::{BoxFace, BoxRegion, CaseFile, CheckReport, Section, Shared, SolidOutline};
 
+use crate::air::{DEEP, SURFACE, natural_distance};
 use crate::kernel_shape::KernelShape;
 use crate::plan::make_plan;
 use crate::scene::{Gravity, PressureSolver, Scene, Source, Tank, WallFriction, WallPressure, WaterBox};
@@ -279,6 +280,14 @@ fn read_numerics<const D: usize>(section: &Section<'_>, scene: &mut Scene<D>, is
         .at_most(0.1)
         .about("Relative residual of the pressure solve; single precision floors at 1e-5.")
         .default(1e-3);
+    scene.air_distance = section
+        .number("air_distance")
+        .unit("spacings")
+        .at_least(SURFACE)
+        .at_most(DEEP)
+        .about("Distance of the air's pressure, P = 0, from the outermost particles. Default 1; for water that starts as a film of at most three rows, \
+                0.6 in 2-D, 0.5 in 3-D and for a single row.")
+        .default(natural_distance(scene));
     // Only an elastic wall is passed over again.
     if is_elastic {
         let number = section.number("pass_tolerance").at_least(2e-5).at_most(0.1).about(

@@ -6,13 +6,14 @@
 //! - [`kernel`], [`kernel_shape`], [`cells`], [`neighbours`], [`lanes`], [`lattice`]: kernel, neighbour search, its vectors, initial particles.
 //! - [`flow`], [`obstacle`], [`surface`], [`periodic`]: what a scene may add.
 //! - [`particles`], [`walls`], [`body`]: columns of water, wall and structure.
-//! - [`viscosity`], [`turbulence`], [`assembly`], [`source`], [`pressure`], [`wall_pressure`], [`correction`], [`shifting`],
+//! - [`viscosity`], [`turbulence`], [`assembly`], [`air`], [`source`], [`pressure`], [`wall_pressure`], [`correction`], [`shifting`],
 //!   [`markers`]: one term of the method each.
 //! - [`weakly_compressible`]: the explicit scheme, for comparison (`step_explicit.rs`).
 //! - [`gauges`], [`health`]: what is measured.
 //!
 //! Deliberately absent: any free-surface flag in the matrix, wall unknowns, position clamps.
 
+pub mod air;
 pub mod assembly;
 pub mod body;
 pub mod body_layout;

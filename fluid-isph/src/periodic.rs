@@ -132,7 +132,12 @@ impl<const D: usize> Periodic<D> {
     }
 
     /// Adds the images to the rows of the matrix, its diagonal and n_i.
-    pub fn extend_rows(&mut self, kernel: &Kernel<D>, water: &mut Water<D>, matrix: &mut PressureMatrix) {
+    pub fn extend_rows(
+        &mut self,
+        (kernel, air): (&Kernel<D>, f64),
+        water: &mut Water<D>,
+        matrix: &mut PressureMatrix,
+    ) {
         let mut first = 0;
         while first < self.pairs.len() {
             let number = self.pairs[first].row as usize / CHUNK;
@@ -159,7 +164,7 @@ impl<const D: usize> Periodic<D> {
             std::mem::swap(&mut rows.value, &mut self.spare.value);
             std::mem::swap(&mut rows.end, &mut self.spare.end);
             for run in pairs.chunk_by(|a, b| a.row == b.row) {
-                settle_diagonal(kernel, water, matrix, run[0].row as usize);
+                settle_diagonal((kernel, air), water, matrix, run[0].row as usize);
             }
             first += in_chunk;
         }
@@ -232,7 +237,7 @@ impl<const D: usize> Periodic<D> {
 
 /// The diagonal of a row whose entries have changed, as the assembly makes it.
 fn settle_diagonal<const D: usize>(
-    kernel: &Kernel<D>,
+    (kernel, air): (&Kernel<D>, f64),
     water: &Water<D>,
     matrix: &mut PressureMatrix,
     row: usize,
@@ -251,7 +256,8 @@ fn settle_diagonal<const D: usize>(
     }
     let wall: f64 = rows.wall_row(k).1.iter().map(|&value| f64::from(value)).sum();
     let full = kernel.full_diagonal;
-    let diagonal = coupling + (full - coupling - wall).max(0.0) + crate::assembly::REGULARISATION * full;
+    let diagonal =
+        coupling + air * (full - coupling - wall).max(0.0) + crate::assembly::REGULARISATION * full;
     let stencil = 3usize.pow(D as u32);
     let share = (water.aggregate[row] as usize - rows.first_aggregate) * stencil + stencil / 2;
     rows.stencil[share] += f64::from(diagonal as f32) - f64::from(rows.value[own]);

@@ -39,6 +39,7 @@ impl<const D: usize> Fluid<D> {
             grid: &self.grid,
             kernel: &self.kernel,
             walls: &self.walls,
+            air: 1.0 / self.scene.air_distance,
             robin: robin.map(|body| RobinTerms {
                 coefficient: &body.robin_coefficient,
                 old_pressure: &body.old_pressure,
@@ -47,7 +48,11 @@ impl<const D: usize> Fluid<D> {
         };
         assemble_pressure_matrix(around, &mut self.water, &mut self.matrix, &mut self.moments);
         if let Some(periodic) = &mut self.periodic {
-            periodic.extend_rows(&self.kernel, &mut self.water, &mut self.matrix);
+            periodic.extend_rows(
+                (&self.kernel, 1.0 / self.scene.air_distance),
+                &mut self.water,
+                &mut self.matrix,
+            );
         }
         self.measure_density();
     }

@@ -4,6 +4,7 @@ use protocol::case::{
     BoxFace, CaseFile, Diagnostic, GaugeKind, LeftOut, Place, PlanFigure, Shared, SolidOutline,
 };
 
+use crate::air::{FILM_ROWS, film_rows, natural_distance};
 use crate::case::{NAME, resolve};
 use crate::error::SetupError;
 use crate::kernel::Kernel;
@@ -125,6 +126,7 @@ fn figures<const D: usize>(
         ),
         PlanFigure::new("body_particles", body, "without ghost rows"),
         PlanFigure::new("memory_bytes", memory, "estimate"),
+        PlanFigure::new("air_distance_spacings", scene.air_distance, why_air(scene)),
     ];
     let (limit, first) = (limits(fastest).longest(), limits(start).longest());
     // Nothing limits the step of water at rest without weight.
@@ -133,6 +135,18 @@ fn figures<const D: usize>(
         figures.push(PlanFigure::new("dt_limit_s", limit, remark));
     }
     figures
+}
+
+/// Why the air begins where it does.
+fn why_air<const D: usize>(scene: &Scene<D>) -> String {
+    let natural = natural_distance(scene);
+    match film_rows(scene) {
+        _ if scene.air_distance != natural => {
+            format!("air_distance; {natural} would be taken for this water")
+        }
+        Some(rows) => format!("a film, nowhere more than {rows} particles deep at the start"),
+        None => format!("the water is no film of at most {FILM_ROWS} rows"),
+    }
 }
 
 fn left_out<const D: usize>(scene: &Scene<D>, shared: &Shared) -> Vec<LeftOut> {

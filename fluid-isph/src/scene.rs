@@ -2,6 +2,7 @@
 
 use protocol::case::{Prescribed, interpolate};
 
+use crate::air::DEEP;
 use crate::flow::Flow;
 use crate::kernel_shape::KernelShape;
 use crate::obstacle::Obstacle;
@@ -153,6 +154,8 @@ pub struct Scene<const D: usize> {
     pub friction: WallFriction,
     /// Spacing asked for, m; adjusted by at most 2 %.
     pub particle_spacing: f64,
+    /// How far above the outermost particles the air begins, in spacings; missing neighbours count one over it times.
+    pub air_distance: f64,
     /// Shape of the smoothing kernel.
     pub kernel: KernelShape,
     /// Source of the pressure equation.
@@ -210,6 +213,7 @@ impl<const D: usize> Scene<D> {
             smagorinsky: None,
             friction: WallFriction::Slip,
             particle_spacing,
+            air_distance: DEEP,
             kernel: KernelShape::CubicSpline,
             source: Source::Time(0.005),
             water,
