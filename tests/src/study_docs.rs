@@ -9,7 +9,8 @@ const HEAD: &str = "\
 and against CPU time, the settings nothing else beats (the front), the observed order of convergence, the cheapest
 setting for a wanted error. `[[sweep]]`s make a grid of all their values, `[[setting]]`s stand beside it. Errors are
 those of the case's `[[reference]]`s. Results go to `runs/study-<name>/`: `study.csv` (a row a run), `study.md`, `study.svg`,
-and every run whole. The same command again goes on where it was stopped; runs that reached their end with the same
+`map.svg` (where the study names a figure for it), and every run whole. The same command again goes on where it was stopped;
+runs that reached their end with the same
 resolved case and the same number of threads are not repeated.
 
 ```toml

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use protocol::case::{CaseFile, KeyDoc, Norm, Section};
 
+use super::map::Map;
 use crate::compare::ErrorEntry;
 
 /// Every section a study may have.
@@ -26,6 +27,8 @@ pub(super) struct Study {
     pub(super) repetitions: usize,
     /// No run is started after this much wall time, s.
     pub(super) budget_s: f64,
+    /// Where it is asked for: what is shown of every setting over the two swept keys.
+    pub(super) map: Option<Map>,
     /// The errors looked at; the first one decides the front.
     pub(super) errors: Vec<ErrorMeasure>,
     /// Published figures.
@@ -110,8 +113,20 @@ impl Study {
         let repetitions = repetitions.default(1.0) as usize;
         let budget_s = section.number("budget").unit("s").above(0.0);
         let budget_s = budget_s.about("No run is started after this much wall time.").default(86_400.0);
+        let figure = section
+            .text("map")
+            .about("A figure of run.json's health, such as load_jump_mean: drawn over the two keys that are swept, with the verdicts.");
+        let figure = figure.optional();
         section.finish();
         let sweeps: Vec<_> = file.list("sweep").iter().map(read_sweep).collect();
+        let map = figure.and_then(|figure| {
+            if let [across, upwards] = &sweeps[..] {
+                return Some(Map { figure, across: across.clone(), upwards: upwards.clone() });
+            }
+            let what = format!("{} keys are swept", sweeps.len());
+            section.complain("map", what, "two [[sweep]]s", "A map has one key across and one upwards.");
+            None
+        });
         let has_order = along != "none";
         let first = sweeps.first().map(|sweep| sweep.0.clone()).filter(|_| along.is_empty() || !has_order);
         let along = first.unwrap_or(along);
@@ -136,7 +151,7 @@ impl Study {
         file.refuse_unknown_sections(&SECTIONS);
         let case = folder.join(case);
         let common = common.into_iter().chain(until.map(|end| format!("time.end={end:?}"))).collect();
-        Self { name, case, common, settings, along, repetitions, budget_s, errors, peers }
+        Self { name, case, common, settings, along, repetitions, budget_s, map, errors, peers }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod file;
 mod fit;
+mod map;
 mod picture;
 mod runs;
 mod summary;
@@ -31,7 +32,8 @@ pub struct StudyOptions {
     pub threads: usize,
 }
 
-/// Runs a study, or what is left of it, and writes `study.csv`, `study.md` and `study.svg` after every run.
+/// Runs a study, or what is left of it, and writes `study.csv`, `study.md`, `study.svg` and, where it is asked for, `map.svg`
+/// after every run.
 ///
 /// # Errors
 /// Mistakes in the study or in any setting, before anything starts; resources; the user's interrupt; at the end, a
@@ -118,6 +120,9 @@ fn run_all(
 fn write(study: &Study, trials: &[Trial<'_>], threads: usize, out: &Path) -> Result<(), Failure> {
     folder::write(&out.join("study.csv"), &summary::csv(study, trials))?;
     folder::write(&out.join("study.md"), &summary::page(study, trials, &machine(threads)))?;
+    if let Some(plan) = &study.map {
+        folder::write(&out.join("map.svg"), &map::map(plan, trials))?;
+    }
     match study.errors.is_empty() {
         true => Ok(()),
         false => folder::write(&out.join("study.svg"), &picture::picture(study, trials)),
