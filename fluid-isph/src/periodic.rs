@@ -70,18 +70,22 @@ impl<const D: usize> Periodic<D> {
         })
     }
 
-    /// Brings particles that left at one end in at the other.
-    pub fn wrap(&self, position: &mut [Vector<D>]) {
+    /// Brings particles that left at one end in at the other; returns the sum of their ways, m.
+    pub fn wrap(&self, position: &mut [Vector<D>]) -> Vector<D> {
+        let mut way = [0.0; D];
         for k in (0..D).filter(|&k| self.axes[k]) {
             for x in position.iter_mut() {
                 let at = x[k] - self.min[k];
                 if at < 0.0 || at >= self.length[k] {
                     let inside = at.rem_euclid(self.length[k]);
                     // Rounding may give the length itself.
-                    x[k] = self.min[k] + if inside < self.length[k] { inside } else { 0.0 };
+                    let inside = if inside < self.length[k] { inside } else { 0.0 };
+                    way[k] += inside - at;
+                    x[k] = self.min[k] + inside;
                 }
             }
         }
+        way
     }
 
     /// Makes the images of all water within a support of an end and finds the particles in their reach.

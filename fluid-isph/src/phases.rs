@@ -326,7 +326,9 @@ impl<const D: usize> Fluid<D> {
         }
         self.health.most_inside_walls = self.health.most_inside_walls.max(inside);
         if let Some(periodic) = &self.periodic {
-            periodic.wrap(&mut self.water.position);
+            // In at the other end is up against gravity: work of nobody in the scene.
+            let way = periodic.wrap(&mut self.water.position);
+            self.energy.work -= self.particle_mass() * dot(&way, &self.scene.gravity.at(self.time));
         }
         // A change of gravity changes the potential energy of all water: work of whoever changes it.
         let change = sub(&self.scene.gravity.at(self.time + dt), &self.scene.gravity.at(self.time));

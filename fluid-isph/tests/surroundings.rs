@@ -173,6 +173,20 @@ fn planes_of_symmetry_do_not_brake() {
     assert!((speed(false) - theory).abs() < 0.1, "{} against {theory}", speed(false));
 }
 
+/// Water that falls out below and comes in again above has gained no energy by it.
+#[test]
+fn coming_in_again_above_is_no_gain_of_energy() {
+    let tank = Tank { min: [0.0; 2], max: [0.1; 2], open: [[false; 2]; 2] };
+    let water = WaterBox { min: [0.0; 2], max: [0.1; 2], velocity: [0.0; 2] };
+    let mut scene = Scene::new(tank, vec![water], 0.01);
+    scene.periodic = [true; 2];
+    let mut fluid = Fluid::new(scene, None).unwrap();
+    // g t2 / 2 = 0.2 m: every particle goes round once or twice.
+    run(&mut fluid, 1e-3, 0.2);
+    assert!((fluid.momentum()[1] / (-1000.0 * 0.01 * 9.81 * 0.2) - 1.0).abs() < 1e-3);
+    assert!(fluid.health().energy_error < 1e-3, "{}", fluid.health().energy_error);
+}
+
 /// With images the matrix stays bitwise symmetric and strictly dominant.
 #[test]
 fn the_matrix_stays_symmetric_across_periodic_ends() {
