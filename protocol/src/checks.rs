@@ -14,11 +14,12 @@ pub(crate) const MAX_LINGER: Duration = Duration::from_secs(5);
 /// # Errors
 /// [`LinkError::NonFinite`]: nothing that is no number leaves a process.
 pub(crate) fn seal<T: Item>(mut header: Header, items: &[T], peer: &str) -> Result<Header, LinkError> {
-    if let Some(index) = T::first_non_finite(items) {
+    let (checksum, bad) = T::inspect(items);
+    if let Some(index) = bad {
         return Err(LinkError::NonFinite { peer: peer.to_owned(), index });
     }
     header.count = items.len() as u64;
-    header.checksum = u64::from(T::checksum(items));
+    header.checksum = u64::from(checksum);
     Ok(header)
 }
 
@@ -50,10 +51,11 @@ pub(crate) fn verify<T: Item>(
         let found = usize::try_from(header.count).unwrap_or(usize::MAX);
         return Err(LinkError::Count { peer: peer(), expected, found });
     }
-    if header.checksum != u64::from(T::checksum(items)) {
+    let (checksum, bad) = T::inspect(items);
+    if header.checksum != u64::from(checksum) {
         return Err(LinkError::Checksum { peer: peer() });
     }
-    match T::first_non_finite(items) {
+    match bad {
         Some(index) => Err(LinkError::NonFinite { peer: peer(), index }),
         None => Ok(()),
     }
@@ -107,6 +109,10 @@ mod tests {
         let refused = LinkError::NonFinite { peer: "fluid".to_owned(), index: 1 };
         let header = Header::new(Kind::Load, 4, 0.4, 0.1);
         assert_eq!(seal(header, &items, "fluid").unwrap_err(), refused);
+        // In the second of the blocks a message is looked at in.
+        let mut long = vec![0.0; 1000];
+        (long[700], long[701]) = (f64::INFINITY, f64::NAN);
+        assert_eq!(f64::inspect(&long).1, Some(700));
         let sealed = Header { count: 3, checksum: u64::from(f64::checksum(&items)), ..header };
         assert_eq!(verify(EXPECT, &sealed, &items, "fluid").unwrap_err(), refused);
     }

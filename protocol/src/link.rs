@@ -9,35 +9,43 @@ use crate::interface::Contract;
 
 /// Items a link can carry: plain numbers that are valid for any bit pattern.
 pub trait Item: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
-    /// The items seen as bytes, little-endian on every supported machine, for the checksum.
-    fn checksum(items: &[Self]) -> u32;
-    /// Index of the first item that is no finite number.
-    fn first_non_finite(items: &[Self]) -> Option<usize>;
+    /// Checksum of the items seen as bytes, little-endian on every supported machine, and the index of the first that is
+    /// no finite number: in one pass, as messages may be larger than the caches.
+    fn inspect(items: &[Self]) -> (u32, Option<usize>);
+
+    /// The checksum alone.
+    fn checksum(items: &[Self]) -> u32 {
+        Self::inspect(items).0
+    }
 }
 
 impl Item for u8 {
-    fn checksum(items: &[Self]) -> u32 {
-        crc32fast::hash(items)
-    }
-    fn first_non_finite(_: &[Self]) -> Option<usize> {
-        None
+    fn inspect(items: &[Self]) -> (u32, Option<usize>) {
+        (crc32fast::hash(items), None)
     }
 }
 
+/// Values looked at in one go: their bytes stay in the innermost cache.
+const BLOCK: usize = 512;
+
 impl Item for f64 {
-    fn checksum(items: &[Self]) -> u32 {
+    fn inspect(items: &[Self]) -> (u32, Option<usize>) {
         let mut hasher = crc32fast::Hasher::new();
-        let mut bytes = [0u8; 8 * 128];
-        for block in items.chunks(128) {
-            for (target, value) in bytes.chunks_exact_mut(8).zip(block) {
-                target.copy_from_slice(&value.to_le_bytes());
+        let mut bytes = [[0; 8]; BLOCK];
+        let mut bad = None;
+        for (number, block) in items.chunks(BLOCK).enumerate() {
+            let mut is_finite = true;
+            for (target, value) in bytes.iter_mut().zip(block) {
+                *target = value.to_le_bytes();
+                is_finite &= value.is_finite();
             }
-            hasher.update(&bytes[..8 * block.len()]);
+            hasher.update(bytes[..block.len()].as_flattened());
+            if !is_finite && bad.is_none() {
+                let within = block.iter().position(|value| !value.is_finite());
+                bad = within.map(|within| number * BLOCK + within);
+            }
         }
-        hasher.finalize()
-    }
-    fn first_non_finite(items: &[Self]) -> Option<usize> {
-        items.iter().position(|value| !value.is_finite())
+        (hasher.finalize(), bad)
     }
 }
 
