@@ -16,8 +16,8 @@ use crate::dummy_mesh::DummyMesh;
 use crate::escalation::Escalation;
 use crate::guard::{self, LoadJump};
 use crate::handshake::Handshake;
-use crate::ledger::Ledger;
-use crate::load::{Load, total_area};
+use crate::ledger::{Ledger, LoadSums};
+use crate::load::Load;
 use crate::mapping::Mapping;
 use crate::motion::{FluidMotion, SolidMotion};
 use crate::participant::NAME;
@@ -36,7 +36,8 @@ pub(crate) struct Coupled {
     pub(crate) solid: SolidMotion,
     pub(crate) displacement_before: Vec<f64>,
     pub(crate) load: Load,
-    /// The load the solid has got last, `[n, D]` N.
+    /// The load the solid has got last where that is not the present one: that of the last step in the parallel scheme, and
+    /// none where the solid is to feel none, `[n, D]` N.
     pub(crate) acted: Vec<f64>,
     /// The scheme of the present step.
     pub(crate) scheme: Scheme,
@@ -46,11 +47,8 @@ pub(crate) struct Coupled {
     pub(crate) next_scheme: Option<Scheme>,
     /// Of the strong scheme and of steps that are escalated.
     pub(crate) passes: Option<Passes>,
-    /// The solid's motion over the step, `[n, D]` m, on its own side and carried to the fluid's.
-    pub(crate) solid_step: Vec<f64>,
-    pub(crate) carried_step: Vec<f64>,
-    /// Where its nodes are at the start of the step, `[n, D]` m.
-    pub(crate) solid_position: Vec<f64>,
+    /// What the loads of the step come to, once it is known.
+    pub(crate) load_sums: Option<LoadSums>,
     pub(crate) ledger: Ledger,
     pub(crate) jump: LoadJump,
     least_work: f64,
@@ -85,6 +83,8 @@ impl Coupled {
         let fluid_link = handshake.with_fluid(&mesh)?;
         let (is_rigid, replay) = (outline.model == "rigid", handshake.into_replay());
         let dimension = shared.header.dimension;
+        let load = Load::new(settings.load, &dummy, &surface);
+        let hydrostatic = hydrostatic_load(shared, load.place.total_area());
         Ok(Self {
             scheme: first,
             next_scheme: None,
@@ -92,14 +92,12 @@ impl Coupled {
                 .then(|| Escalation::new(first, settings.scheme)),
             passes: settings.passes.clone().filter(|_| !is_rigid),
             settings: settings.clone(),
-            load: Load::new(&dummy, &surface),
             acted: vec![0.0; surface.node_count() * dimension],
-            solid_step: vec![0.0; surface.node_count() * dimension],
-            carried_step: vec![0.0; dummy.node_count() * dimension],
-            solid_position: vec![0.0; surface.node_count() * dimension],
-            ledger: Ledger::create(&context.folder, dimension, shared.output.series_every)?,
-            jump: LoadJump::new(hydrostatic_load(shared, &dummy), settings.ledger_window),
-            least_work: guard::LEAST_WORK * hydrostatic_load(shared, &dummy) * depth(shared),
+            load_sums: None,
+            ledger: Ledger::create(&context.folder, &surface, shared.output.series_every)?,
+            jump: LoadJump::new(hydrostatic, settings.ledger_window),
+            least_work: guard::LEAST_WORK * hydrostatic * depth(shared),
+            load,
             clock: PhaseClock::default(),
             displacement_before: solid.displacement.clone(),
             recorder: settings
@@ -264,11 +262,11 @@ fn response_mass(settings: &Settings, surface: &Surface, mapping: &Mapping) -> V
 }
 
 /// rho_f g H times the wetted area, N: the scale of the load of water at rest.
-fn hydrostatic_load(shared: &Shared, dummy: &DummyMesh) -> f64 {
+fn hydrostatic_load(shared: &Shared, wetted_area: f64) -> f64 {
     let Some(fluid) = &shared.fluid else { return 0.0 };
     let gravity =
         shared.gravity.as_ref().map_or(0.0, |g| g.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt());
-    fluid.density * gravity * depth(shared) * total_area(dummy.facets(), dummy.reference_position())
+    fluid.density * gravity * depth(shared) * wetted_area
 }
 
 /// H, from the floor to the top of the water at the start, m.

@@ -168,10 +168,9 @@ impl Grid<'_> {
 #[cfg(test)]
 mod tests {
     use protocol::case::BoxRegion;
-    use protocol::interface::add_traction_forces;
 
     use super::*;
-    use crate::load::marker_normals;
+    use crate::marker_place::MarkerPlace;
 
     fn outline(dimension: usize) -> SolidOutline {
         let region = BoxRegion { min: vec![0.292, 0.0, 0.0], max: vec![0.304, 0.08, 0.292] };
@@ -195,17 +194,10 @@ mod tests {
     fn every_normal_points_outwards() {
         for dimension in [2, 3] {
             let mesh = DummyMesh::span(&outline(dimension), &[1, 4, 3]);
-            let markers = mesh.facets().markers();
-            let mut normals = vec![0.0; markers.len() * dimension];
-            marker_normals(
-                mesh.facets(),
-                &mesh.facets().corner_markers(),
-                mesh.reference_position(),
-                &mut normals,
-            );
-            for (marker, normal) in markers.iter().zip(normals.chunks(dimension)) {
+            let place = MarkerPlace::new(mesh.facets(), mesh.reference_position());
+            for (marker, place) in mesh.facets().markers().iter().zip(place.markers()) {
                 let face = BoxFace::ALL[marker.face];
-                assert!((normal[face.axis()] - face.sign()).abs() < 1e-12, "{face:?} {normal:?}");
+                assert!((place[face.axis()] - face.sign()).abs() < 1e-12, "{face:?} {place:?}");
             }
         }
     }
@@ -214,15 +206,18 @@ mod tests {
     fn a_uniform_pressure_on_the_surface_pushes_down_with_the_area_of_the_top() {
         for (dimension, area) in [(2, 0.012), (3, 0.012 * 0.292)] {
             let mesh = DummyMesh::span(&outline(dimension), &[1, 4, 3]);
-            let mut traction = vec![0.0; mesh.facets().markers().len() * dimension];
-            let corners = mesh.facets().corner_markers();
-            marker_normals(mesh.facets(), &corners, mesh.reference_position(), &mut traction);
-            traction.iter_mut().for_each(|value| *value *= -1000.0);
-            let mut force = vec![0.0; mesh.node_count() * dimension];
-            add_traction_forces(mesh.facets(), &corners, mesh.reference_position(), &traction, &mut force);
-            let total = |axis: usize| force.iter().skip(axis).step_by(dimension).sum::<f64>();
-            assert!(total(0).abs() < 1e-12 && (total(1) + 1000.0 * area).abs() < 1e-12, "{}", total(1));
+            let place = MarkerPlace::new(mesh.facets(), mesh.reference_position());
+            let downward = |marker: &[f64; 4]| -1000.0 * marker[1] * marker[3];
+            let total: f64 = place.markers().iter().map(downward).sum();
+            assert!((total + 1000.0 * area).abs() < 1e-12, "{total}");
+            assert!((place.total_area() - wet_area(dimension)).abs() < 1e-12);
         }
+    }
+
+    /// Left, right and top.
+    fn wet_area(dimension: usize) -> f64 {
+        let depth = if dimension == 2 { 1.0 } else { 0.292 };
+        (2.0 * 0.08 + 0.012) * depth
     }
 
     #[test]

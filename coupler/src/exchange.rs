@@ -7,9 +7,7 @@ use protocol::header::{Header, Kind};
 use protocol::interface::{ActingLoad, BodyMesh, Surface};
 use protocol::link::{Expect, Link, LinkError};
 
-use crate::case::LoadForm;
 use crate::coupled::Coupled;
-use crate::ledger::{Entry, sum};
 use crate::motion::SolidMotion;
 use crate::participant::NAME;
 
@@ -23,7 +21,6 @@ fn lost(at: StepTime, phase: &'static str) -> impl Fn(LinkError) -> Failure {
 
 impl Coupled {
     pub(crate) fn predict_motion(&mut self, at: StepTime) {
-        self.displacement_before.clone_from(&self.solid.displacement);
         match &mut self.passes {
             Some(passes) if self.scheme == Scheme::Strong => {
                 passes.begin(at.dt, &self.solid);
@@ -59,28 +56,42 @@ impl Coupled {
         self.fluid_link.receive(expect, &mut |_, values| load.read(values)).map_err(lost(at, "receive_load"))
     }
 
-    /// Marker pressures become tractions, and tractions nodal forces, on the fluid's side in its current place.
+    /// The solid's displacement at the start of the step, before its answer comes.
+    pub(crate) fn keep_displacement(&mut self) {
+        self.displacement_before.clone_from(&self.solid.displacement);
+    }
+
+    /// The markers go along with the wall.
+    pub(crate) fn place_markers(&mut self) {
+        self.load.place.follow(&self.motion.position);
+    }
+
+    /// Marker pressures become tractions, and where these act nodal forces, on the fluid's side in its current place.
     pub(crate) fn make_traction(&mut self) {
-        self.load.make_traction(self.dummy.facets(), &self.motion.position);
+        self.load.make_traction(&self.dummy, &self.motion.position);
     }
 
     /// The acting load goes to the solid's nodes by the transpose of the mapping; the tractions go along.
     pub(crate) fn map_load(&mut self) {
-        let form = self.settings.load;
-        self.load.map_to_solid(form, &self.mapping);
+        self.load.map_to_solid(&self.mapping);
     }
 
     pub(crate) fn send_load(&mut self, at: StepTime) -> Result<(), Failure> {
         let header = Header::new(Kind::Load, at.step, at.time, at.dt);
-        let share = if self.scheme == Scheme::ToFluid { 0.0 } else { 1.0 };
-        self.acted.iter_mut().zip(&self.load.on_solid).for_each(|(acted, load)| *acted = share * load);
-        let (forces, traction) = (&self.acted, &self.load.traction_on_solid);
-        let count = 1 + forces.len() + traction.len();
+        let (forces, tractions) = (&self.load.on_solid, &self.load.traction_on_solid);
+        let is_felt = self.scheme != Scheme::ToFluid;
+        if self.scheme == Scheme::Parallel {
+            self.acted.copy_from_slice(forces);
+        }
+        let count = 1 + forces.len() + tractions.len();
         let sent = self.solid_link.send(header, count, &mut |out| {
             out[0] = f64::from(ActingLoad::NodalForce as u8);
-            out[1..=forces.len()].copy_from_slice(forces);
-            let tractions = out[1 + forces.len()..].iter_mut().zip(traction);
-            tractions.for_each(|(out, traction)| *out = share * traction);
+            if is_felt {
+                out[1..=forces.len()].copy_from_slice(forces);
+                out[1 + forces.len()..].copy_from_slice(tractions);
+            } else {
+                out[1..].fill(0.0);
+            }
         });
         sent.map_err(lost(at, "send_load"))
     }
@@ -94,36 +105,6 @@ impl Coupled {
         let Some(recorder) = &mut self.recorder else { return Ok(()) };
         recorder.write(Kind::Load, at, &[&self.load.pressure, &self.load.pair])?;
         recorder.write(Kind::Motion, at, &self.solid.columns())
-    }
-
-    pub(crate) fn book_ledger(&mut self, at: StepTime) -> Result<(), Failure> {
-        let passes = self.passes.as_mut().filter(|_| self.scheme == Scheme::Strong);
-        for (component, step) in self.solid_step.iter_mut().enumerate() {
-            let before = self.displacement_before[component];
-            *step = self.solid.displacement[component] - before;
-            self.solid_position[component] = self.surface.reference_position[component] + before;
-        }
-        self.mapping.spread_motion(&self.solid_step, &mut self.carried_step);
-        let acting = if self.settings.load == LoadForm::Pair { &self.load.pair } else { &self.load.marker };
-        self.jump.book(at.time, sum(acting, self.surface.dimension));
-        let entry = Entry {
-            time: at.time,
-            dt: at.dt,
-            fluid_position: &self.motion.position,
-            fluid_velocity: &self.motion.velocity,
-            carried_motion: &self.carried_step,
-            fluid_load: acting,
-            fluid_reference: self.dummy.reference_position(),
-            solid_reference: &self.surface.reference_position,
-            solid_position: &self.solid_position,
-            solid_motion: &self.solid_step,
-            solid_load: &self.load.on_solid,
-            acted_load: &self.acted,
-            pair_load: &self.load.pair,
-            marker_load: &self.load.marker,
-            passes: passes.map_or(1, |passes| passes.settle()),
-        };
-        self.ledger.book(&entry, self.jump.running())
     }
 }
 

@@ -6,41 +6,54 @@
 use std::path::Path;
 
 use protocol::failure::Failure;
+use protocol::interface::Surface;
 use protocol::series::Series;
 use serde::{Deserialize, Serialize};
 
-/// What one step exchanged. `[n, D]` arrays of the fluid's and the solid's side.
-pub struct Entry<'a> {
+use crate::resultant::Resultant;
+
+/// What one step exchanged.
+pub struct Entry {
     /// End of the step, s.
     pub time: f64,
     /// Its length, s.
     pub dt: f64,
-    /// Positions of the fluid's nodes, m.
-    pub fluid_position: &'a [f64],
-    /// Velocity given to the fluid, m/s.
-    pub fluid_velocity: &'a [f64],
-    /// The solid's motion over the step, carried to the fluid's nodes by H, m.
-    pub carried_motion: &'a [f64],
-    /// Load that acts, on the fluid's nodes, N.
-    pub fluid_load: &'a [f64],
-    /// Positions of the fluid's nodes in the unloaded body, where H was made, m.
-    pub fluid_reference: &'a [f64],
-    /// Positions of the solid's nodes in the unloaded body, m.
-    pub solid_reference: &'a [f64],
-    /// Positions of the solid's nodes at the start of the step, m.
-    pub solid_position: &'a [f64],
-    /// Motion of the solid's nodes over the step, m.
-    pub solid_motion: &'a [f64],
-    /// Load that acts, on the solid's nodes, N.
-    pub solid_load: &'a [f64],
-    /// Load that has acted on the solid during the step: one step older than `solid_load` in the parallel scheme, N.
-    pub acted_load: &'a [f64],
-    /// Pair reaction on the fluid's nodes, N.
-    pub pair_load: &'a [f64],
-    /// Marker tractions integrated to the fluid's nodes, N.
-    pub marker_load: &'a [f64],
+    /// Force and moment.
+    pub loads: LoadSums,
+    /// Work.
+    pub works: WorkSums,
     /// Passes over the step.
     pub passes: u32,
+}
+
+/// What the loads of one step come to. Follows from the water's answer: it is found while the structure moves.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadSums {
+    /// Of the load that acts, on the fluid's nodes in their place over the step.
+    pub fluid: Resultant,
+    /// Of the same load on the solid's nodes, at the start of the step.
+    pub solid: Resultant,
+    /// Of the load that has acted on the solid during the step: one step older in the parallel scheme.
+    pub acted: Resultant,
+    /// Pair reaction, N.
+    pub pair: [f64; 3],
+    /// Marker tractions, N.
+    pub markers: [f64; 3],
+    /// Load that acts times the velocity given to the fluid, W.
+    pub power: f64,
+}
+
+/// What the loads of one step do along the solid's motion over it.
+#[derive(Debug, Clone, Copy)]
+pub struct WorkSums {
+    /// Of the load on the fluid's nodes, along the motion carried there by H, J.
+    pub carried: f64,
+    /// Of the same load on the solid's nodes, J.
+    pub mapped: f64,
+    /// Of the load that has acted during the step, J.
+    pub acted: f64,
+    /// Greatest motion, m.
+    pub greatest_motion: f64,
 }
 
 /// Sums since the start.
@@ -69,17 +82,21 @@ pub struct Totals {
 /// The ledger and its series `interface.csv`.
 pub struct Ledger {
     dimension: usize,
+    /// Greatest coordinate of the solid's nodes in the unloaded body, m: the scale of moments.
+    size: f64,
     totals: Totals,
     series: Series,
     row: Vec<f64>,
 }
 
 impl Ledger {
-    /// Starts the series.
+    /// Starts the series for a solid with this surface.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn create(folder: &Path, dimension: usize, every: f64) -> Result<Self, Failure> {
+    pub fn create(folder: &Path, surface: &Surface, every: f64) -> Result<Self, Failure> {
+        let dimension = surface.dimension;
+        let size = surface.reference_position.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         let axes = &["x", "y", "z"][..dimension];
         let per_axis = |name: &str, unit: &str| {
             axes.iter().map(|axis| format!("{name}{axis}_{unit}")).collect::<Vec<_>>()
@@ -103,55 +120,37 @@ impl Ledger {
             fluid.concat().into_iter().chain(solid.concat()).chain(scalars.map(str::to_owned)).collect();
         let names: Vec<&str> = columns.iter().map(String::as_str).collect();
         let series = Series::create(folder, "interface", &names, every)?;
-        Ok(Self { dimension, totals: Totals::default(), series, row: Vec::with_capacity(columns.len()) })
+        let row = Vec::with_capacity(columns.len());
+        Ok(Self { dimension, size, totals: Totals::default(), series, row })
     }
 
     /// Books one step; `load_jump` is the running one.
     ///
     /// # Errors
     /// The series cannot be written.
-    pub fn book(&mut self, entry: &Entry<'_>, load_jump: f64) -> Result<(), Failure> {
-        let dimension = self.dimension;
-        let pair = sum(entry.pair_load, dimension);
-        let markers = sum(entry.marker_load, dimension);
-        let (given, taken) = (sum(entry.fluid_load, dimension), sum(entry.solid_load, dimension));
-        let fluid_moment = moment(entry.fluid_position, entry.fluid_load, dimension);
-        let acted = sum(entry.acted_load, dimension);
-        let solid_moment = moment(entry.solid_position, entry.acted_load, dimension);
-        let fluid_work = entry.dt * dot(entry.fluid_load, entry.fluid_velocity);
-        let solid_work = dot(entry.acted_load, entry.solid_motion);
+    pub fn book(&mut self, entry: &Entry, load_jump: f64) -> Result<(), Failure> {
+        let Entry { time, dt, loads, works, passes } = *entry;
         let totals = &mut self.totals;
         for axis in 0..3 {
-            totals.pair_impulse[axis] += entry.dt * pair[axis];
-            totals.marker_impulse[axis] += entry.dt * markers[axis];
-            totals.solid_impulse[axis] += entry.dt * acted[axis];
+            totals.pair_impulse[axis] += dt * loads.pair[axis];
+            totals.marker_impulse[axis] += dt * loads.markers[axis];
+            totals.solid_impulse[axis] += dt * loads.acted.force[axis];
         }
-        totals.fluid_work += fluid_work;
-        totals.solid_work += solid_work;
-        totals.absolute_work += solid_work.abs();
-        let scale = absolute(entry.fluid_load);
-        let force_imbalance = relative(largest(&[given, taken]), scale);
-        totals.force_imbalance = totals.force_imbalance.max(force_imbalance);
-        let moments = [
-            moment(entry.fluid_reference, entry.fluid_load, dimension),
-            moment(entry.solid_reference, entry.solid_load, dimension),
-        ];
-        let moment_imbalance = relative(largest(&moments), scale * greatest(entry.solid_reference));
-        totals.moment_imbalance = totals.moment_imbalance.max(moment_imbalance);
-        let work_scale = scale * greatest(entry.solid_motion);
-        let carried = dot(entry.fluid_load, entry.carried_motion);
-        let mapped = dot(entry.solid_load, entry.solid_motion);
-        let work_imbalance = relative((carried - mapped).abs(), work_scale);
-        totals.work_imbalance = totals.work_imbalance.max(work_imbalance);
-        let imbalances = [load_jump, force_imbalance, moment_imbalance, work_imbalance];
+        totals.fluid_work += dt * loads.power;
+        totals.solid_work += works.acted;
+        totals.absolute_work += works.acted.abs();
+        let imbalances = imbalances(&loads, &works, self.size);
+        let greatest =
+            [&mut totals.force_imbalance, &mut totals.moment_imbalance, &mut totals.work_imbalance];
+        greatest.into_iter().zip(imbalances).for_each(|(greatest, found)| *greatest = greatest.max(found));
         self.row.clear();
         let Totals { pair_impulse, solid_impulse, fluid_work, solid_work, .. } = self.totals;
-        self.write_vectors([pair, markers], fluid_moment, pair_impulse);
-        self.write_vectors([acted], solid_moment, solid_impulse);
-        self.row.extend_from_slice(&[fluid_work, solid_work]);
+        self.write_vectors([loads.pair, loads.markers], loads.fluid.moment, pair_impulse);
+        self.write_vectors([loads.acted.force], loads.acted.moment, solid_impulse);
+        self.row.extend_from_slice(&[fluid_work, solid_work, load_jump]);
         self.row.extend_from_slice(&imbalances);
-        self.row.push(f64::from(entry.passes));
-        self.series.row(entry.time, &self.row)
+        self.row.push(f64::from(passes));
+        self.series.row(time, &self.row)
     }
 
     /// Forces, moment and impulse of one side.
@@ -197,48 +196,21 @@ impl Ledger {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn absolute(values: &[f64]) -> f64 {
-    values.iter().map(|value| value.abs()).sum()
-}
-
-fn greatest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0_f64, |greatest, value| greatest.max(value.abs()))
+/// How far force, moment and work differ between the two ends of the mapping, relative to what round-off is measured by.
+fn imbalances(loads: &LoadSums, works: &WorkSums, size: f64) -> [f64; 3] {
+    let (there, here) = (&loads.fluid, &loads.solid);
+    let scale: f64 = there.absolute.iter().sum();
+    [
+        relative(largest(there.force, here.force), scale),
+        relative(largest(there.reference_moment, here.reference_moment), scale * size),
+        relative((works.carried - works.mapped).abs(), scale * works.greatest_motion),
+    ]
 }
 
 fn relative(error: f64, scale: f64) -> f64 {
     if scale > 0.0 { error / scale } else { 0.0 }
 }
 
-fn largest(pair: &[[f64; 3]; 2]) -> f64 {
-    (0..3).map(|axis| (pair[0][axis] - pair[1][axis]).abs()).fold(0.0, f64::max)
-}
-
-/// Sum of nodal vectors, padded to three components.
-pub fn sum(values: &[f64], dimension: usize) -> [f64; 3] {
-    let mut total = [0.0; 3];
-    for value in values.chunks_exact(dimension) {
-        (0..dimension).for_each(|axis| total[axis] += value[axis]);
-    }
-    total
-}
-
-/// Moment of nodal forces about the origin, N m.
-pub fn moment(position: &[f64], force: &[f64], dimension: usize) -> [f64; 3] {
-    if dimension == 2 { moment_of::<2>(position, force) } else { moment_of::<3>(position, force) }
-}
-
-fn moment_of<const D: usize>(position: &[f64], force: &[f64]) -> [f64; 3] {
-    let pad = |v: &[f64]| -> [f64; 3] { std::array::from_fn(|axis| if axis < D { v[axis] } else { 0.0 }) };
-    let mut total = [0.0; 3];
-    for (x, f) in position.chunks_exact(D).zip(force.chunks_exact(D)) {
-        let (x, f) = (pad(x), pad(f));
-        total[0] += x[1] * f[2] - x[2] * f[1];
-        total[1] += x[2] * f[0] - x[0] * f[2];
-        total[2] += x[0] * f[1] - x[1] * f[0];
-    }
-    total
+fn largest(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|axis| (a[axis] - b[axis]).abs()).fold(0.0, f64::max)
 }

@@ -10,6 +10,7 @@
 
 pub mod acceleration;
 pub mod added_mass;
+mod booking;
 pub mod case;
 mod coupled;
 pub mod dummy_mesh;
@@ -20,9 +21,12 @@ mod handshake;
 pub mod ledger;
 pub mod load;
 pub mod mapping;
+mod marker_place;
 pub mod motion;
+mod parallel;
 pub mod participant;
 pub mod passes;
 pub mod record;
 mod restart;
+pub mod resultant;
 mod step;

@@ -1,47 +1,63 @@
 //! The loads on both sides of the interface: from marker pressures to tractions to nodal forces.
 
-use protocol::interface::{Facets, Surface, add_traction_forces};
+use protocol::interface::{Surface, add_traction_forces};
 
 use crate::case::LoadForm;
 use crate::dummy_mesh::DummyMesh;
 use crate::mapping::{Mapping, Sparse, marker_rows};
+use crate::marker_place::MarkerPlace;
+use crate::parallel;
+use crate::resultant::total;
 
 /// Loads of one step, reused at every step.
 pub struct Load {
-    /// Number of the marker at each corner of each facet.
-    corner_markers: Vec<usize>,
+    dimension: usize,
     /// From the fluid's markers to the solid's.
     rows: Sparse,
+    /// Where the markers are.
+    pub place: MarkerPlace,
     /// Marker pressures, `[m]` Pa.
     pub pressure: Vec<f64>,
-    normal: Vec<f64>,
+    /// Tractions at the fluid's markers, `[m, D]` Pa.
     traction: Vec<f64>,
     /// Pair reaction on the fluid's nodes, `[n, D]` N.
     pub pair: Vec<f64>,
-    /// Marker tractions integrated to the fluid's nodes, `[n, D]` N.
-    pub marker: Vec<f64>,
+    /// Where the tractions are what acts: their nodal forces.
+    integrated: Option<Integrated>,
     /// The acting load on the solid's nodes, `[n, D]` N.
     pub on_solid: Vec<f64>,
     /// Tractions at the solid's markers, `[m, D]` Pa.
     pub traction_on_solid: Vec<f64>,
 }
 
+/// Tractions integrated over the facets.
+struct Integrated {
+    /// Number of the marker at each corner of each facet.
+    corner_markers: Vec<usize>,
+    /// On the fluid's nodes, `[n, D]` N.
+    force: Vec<f64>,
+}
+
 impl Load {
     /// Room for the loads between these two sides.
-    pub fn new(dummy: &DummyMesh, surface: &Surface) -> Self {
+    pub fn new(form: LoadForm, dummy: &DummyMesh, surface: &Surface) -> Self {
         let dimension = surface.dimension;
-        let marker_count = dummy.facets().markers().len();
+        let place = MarkerPlace::new(dummy.facets(), dummy.reference_position());
+        let marker_count = place.markers().len();
         let rows = marker_rows(dummy, surface);
         let zeros = |count: usize| vec![0.0; count];
         Self {
+            dimension,
+            place,
             pressure: zeros(marker_count),
-            normal: zeros(marker_count * dimension),
             traction: zeros(marker_count * dimension),
             pair: zeros(dummy.node_count() * dimension),
-            marker: zeros(dummy.node_count() * dimension),
+            integrated: (form == LoadForm::Markers).then(|| Integrated {
+                corner_markers: dummy.facets().corner_markers(),
+                force: zeros(dummy.node_count() * dimension),
+            }),
             on_solid: zeros(surface.node_count() * dimension),
             traction_on_solid: zeros(rows.len() * dimension),
-            corner_markers: dummy.facets().corner_markers(),
             rows,
         }
     }
@@ -63,77 +79,45 @@ impl Load {
         self.pair.copy_from_slice(pair);
     }
 
-    /// t = -p n at the markers, integrated to nodal forces over the facets in their current place.
-    pub fn make_traction(&mut self, facets: &Facets, position: &[f64]) {
-        marker_normals(facets, &self.corner_markers, position, &mut self.normal);
-        tractions(&self.pressure, &self.normal, &mut self.traction);
-        self.marker.fill(0.0);
-        add_traction_forces(facets, &self.corner_markers, position, &self.traction, &mut self.marker);
+    /// t = -p n at the markers; where it acts, integrated to nodal forces over the facets in their current place.
+    pub fn make_traction(&mut self, dummy: &DummyMesh, position: &[f64]) {
+        if self.dimension == 2 {
+            self.tractions::<2>();
+        } else {
+            self.tractions::<3>();
+        }
+        if let Some(Integrated { corner_markers, force }) = &mut self.integrated {
+            force.fill(0.0);
+            add_traction_forces(dummy.facets(), corner_markers, position, &self.traction, force);
+        }
     }
 
     /// Carries the acting load to the solid's nodes, and the tractions to its markers.
-    pub fn map_to_solid(&mut self, form: LoadForm, mapping: &Mapping) {
-        let acting = if form == LoadForm::Pair { &self.pair } else { &self.marker };
+    pub fn map_to_solid(&mut self, mapping: &Mapping) {
+        let acting = self.integrated.as_ref().map_or(&self.pair, |integrated| &integrated.force);
         mapping.gather_load(acting, &mut self.on_solid);
-        let dimension = self.normal.len() / self.pressure.len().max(1);
-        self.rows.spread(dimension, &self.traction, &mut self.traction_on_solid);
+        let traction = |component: usize| self.traction[component];
+        self.rows.spread(self.dimension, |_| 0.0, traction, &mut self.traction_on_solid);
     }
-}
 
-/// Unit outward normals at the markers, `[m, D]`: the area-weighted mean over the marker's facets in their current place;
-/// `corner_markers` are those of [`Facets::corner_markers`].
-pub fn marker_normals(facets: &Facets, corner_markers: &[usize], position: &[f64], normal: &mut [f64]) {
-    let dimension = if facets.nodes_per_facet == 2 { 2 } else { 3 };
-    normal.fill(0.0);
-    for (facet, markers) in corner_markers.chunks_exact(facets.nodes_per_facet).enumerate() {
-        let area = area_vector(facets.facet(facet), position, dimension);
-        for marker in markers {
-            (0..dimension).for_each(|axis| normal[marker * dimension + axis] += area[axis]);
+    /// The load that acts, on the fluid's nodes, `[n, D]` N.
+    pub fn acting(&self) -> &[f64] {
+        self.integrated.as_ref().map_or(&self.pair, |integrated| &integrated.force)
+    }
+
+    /// Total of the load that does not act, N.
+    pub fn other_total(&self) -> [f64; 3] {
+        let markers = self.place.markers();
+        match self.integrated {
+            Some(_) => total(self.dimension, &self.pair, |_| 1.0),
+            None => total(self.dimension, &self.traction, |marker| markers[marker][3]),
         }
     }
-    for normal in normal.chunks_exact_mut(dimension) {
-        let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-        normal.iter_mut().for_each(|x| *x /= length);
-    }
-}
 
-/// Tractions `t = -p n` at the markers, `[m, D]` Pa, from pressures `[m]` Pa.
-pub fn tractions(pressure: &[f64], normal: &[f64], traction: &mut [f64]) {
-    let dimension = normal.len() / pressure.len().max(1);
-    for (marker, pressure) in pressure.iter().enumerate() {
-        for axis in marker * dimension..(marker + 1) * dimension {
-            traction[axis] = -pressure * normal[axis];
-        }
+    fn tractions<const D: usize>(&mut self) {
+        let (pressure, markers) = (&self.pressure, self.place.markers());
+        parallel::fill::<D>(&mut self.traction, |marker| {
+            std::array::from_fn(|axis| -pressure[marker] * markers[marker][axis])
+        });
     }
-}
-
-/// Total wet area, m2 (in 2-D length, m).
-pub fn total_area(facets: &Facets, position: &[f64]) -> f64 {
-    let dimension = if facets.nodes_per_facet == 2 { 2 } else { 3 };
-    let size = |facet| {
-        area_vector(facets.facet(facet), position, dimension).iter().map(|x| x * x).sum::<f64>().sqrt()
-    };
-    (0..facets.len()).map(size).sum()
-}
-
-/// Outward area vector of a facet: half the cross product of the diagonals of a quadrilateral.
-fn area_vector(nodes: &[usize], position: &[f64], dimension: usize) -> [f64; 3] {
-    let point = |corner: usize| -> [f64; 3] {
-        let node = nodes[corner];
-        std::array::from_fn(|axis| if axis < dimension { position[node * dimension + axis] } else { 0.0 })
-    };
-    let minus = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|axis| a[axis] - b[axis]) };
-    if nodes.len() == 2 {
-        let edge = minus(point(1), point(0));
-        return [edge[1], -edge[0], 0.0];
-    }
-    let (first, second) = match nodes.len() {
-        3 => (minus(point(1), point(0)), minus(point(2), point(0))),
-        _ => (minus(point(2), point(0)), minus(point(3), point(1))),
-    };
-    [
-        0.5 * (first[1] * second[2] - first[2] * second[1]),
-        0.5 * (first[2] * second[0] - first[0] * second[2]),
-        0.5 * (first[0] * second[1] - first[1] * second[0]),
-    ]
 }

@@ -101,7 +101,7 @@ pub struct FluidMotion {
     pub position: Vec<f64>,
     /// Velocity over the step, m/s.
     pub velocity: Vec<f64>,
-    /// Acceleration, m/s2; sent for a prescribed motion only.
+    /// Acceleration, m/s2; of a prescribed motion only.
     pub acceleration: Vec<f64>,
 }
 
@@ -133,7 +133,8 @@ impl FluidMotion {
             Rule::Predicted(_) | Rule::Fixed | Rule::Guessed => Response::Given,
             Rule::Prescribed => Response::Prescribed,
         };
-        let (velocity, acceleration) = (vec![0.0; position.len()], vec![0.0; position.len()]);
+        let velocity = vec![0.0; position.len()];
+        let acceleration = if response == Response::Prescribed { velocity.clone() } else { Vec::new() };
         Self { rule, response, reference: reference.to_vec(), position, velocity, acceleration }
     }
 
@@ -167,45 +168,45 @@ impl FluidMotion {
         *predictor = match kept {
             Some(kept) => DisplacementPredictor { order, ..kept },
             None => {
-                mapping.spread_motion(&solid.displacement, &mut self.position);
-                self.position.iter_mut().zip(&self.reference).for_each(|(x, reference)| *x += reference);
+                let (reference, displacement) = (&self.reference, &solid.displacement);
+                mapping.spread_onto(|i| reference[i], |i| displacement[i], &mut self.position);
                 DisplacementPredictor::new(order, &self.position)
             }
         };
     }
 
+    /// Whether the wall does anything but stand still.
+    pub fn is_moving(&self) -> bool {
+        !matches!(self.rule, Rule::Fixed)
+    }
+
     /// Fills in the motion over the coming step from the solid's state at its start.
     pub fn predict(&mut self, dt: f64, solid: &SolidMotion, mapping: &Mapping) {
-        if matches!(self.rule, Rule::Fixed) {
-            return;
-        }
-        mapping.spread_motion(&solid.displacement, &mut self.position);
-        mapping.spread_motion(&solid.velocity, &mut self.velocity);
-        mapping.spread_motion(&solid.acceleration, &mut self.acceleration);
-        self.position
-            .iter_mut()
-            .zip(&self.reference)
-            .for_each(|(position, reference)| *position += reference);
-        let share = match &mut self.rule {
-            Rule::Predicted(predictor) => {
-                return predictor.predict(dt, &mut self.position, &mut self.velocity);
-            }
+        let share = match self.rule {
+            Rule::Fixed => return,
+            Rule::Predicted(_) => 0.0,
             Rule::Robin => dt,
-            Rule::Prescribed | Rule::Fixed | Rule::Guessed => 0.5 * dt,
+            Rule::Prescribed | Rule::Guessed => 0.5 * dt,
         };
-        self.velocity.iter_mut().zip(&self.acceleration).for_each(|(v, a)| *v += share * a);
+        let SolidMotion { displacement: u, velocity: v, acceleration: a } = solid;
+        let reference = &self.reference;
+        mapping.spread_onto(|i| reference[i], |i| u[i], &mut self.position);
+        if let Rule::Predicted(predictor) = &mut self.rule {
+            mapping.spread_motion(v, &mut self.velocity);
+            predictor.predict(dt, &mut self.position, &mut self.velocity);
+        } else {
+            mapping.spread_onto(|_| 0.0, |i| v[i] + share * a[i], &mut self.velocity);
+        }
+        if self.response == Response::Prescribed {
+            mapping.spread_motion(a, &mut self.acceleration);
+        }
     }
 
     /// Moves evenly from one displacement of the solid's nodes to another, `[n, D]` m, over the coming step.
     pub fn follow(&mut self, dt: f64, (start, end): (&[f64], &[f64]), mapping: &Mapping) {
-        mapping.spread_motion(start, &mut self.position);
-        mapping.spread_motion(end, &mut self.velocity);
-        for ((position, velocity), reference) in
-            self.position.iter_mut().zip(&mut self.velocity).zip(&self.reference)
-        {
-            *velocity = (*velocity - *position) / dt;
-            *position += reference;
-        }
+        let reference = &self.reference;
+        mapping.spread_onto(|i| reference[i], |i| start[i], &mut self.position);
+        mapping.spread_onto(|_| 0.0, |i| (end[i] - start[i]) / dt, &mut self.velocity);
     }
 
     /// A motion message to the fluid.
@@ -218,9 +219,7 @@ impl FluidMotion {
         let block = self.position.len();
         out[..block].copy_from_slice(&self.position);
         out[block..2 * block].copy_from_slice(&self.velocity);
-        if out.len() > 2 * block {
-            out[2 * block..].copy_from_slice(&self.acceleration);
-        }
+        out[2 * block..].copy_from_slice(&self.acceleration);
     }
 }
 

@@ -10,6 +10,7 @@ use protocol::participant::{Context, Participant, Program};
 
 use crate::case::{Settings, check};
 use crate::coupled::Coupled;
+use crate::parallel::helpers;
 
 /// The coupler's name in every message.
 pub const NAME: &str = "coupler";
@@ -29,6 +30,8 @@ pub struct Coupler {
     settings: Settings,
     context: Context,
     coupled: Option<Coupled>,
+    /// Of the loops over nodes, once it is known how many there are.
+    _helpers: Option<rayon::ThreadPool>,
 }
 
 impl Coupler {
@@ -36,7 +39,7 @@ impl Coupler {
     pub fn new(case: &CaseFile, context: &Context) -> Self {
         let shared = Shared::read(case);
         let settings = Settings::read(case, &shared);
-        Self { shared, settings, context: context.clone(), coupled: None }
+        Self { shared, settings, context: context.clone(), coupled: None, _helpers: None }
     }
 
     fn coupled(&mut self) -> Result<&mut Coupled, Failure> {
@@ -55,6 +58,8 @@ impl Participant for Coupler {
             ("markers".to_owned(), coupled.marker_count() as u64),
             ("interface_nodes".to_owned(), coupled.node_count() as u64),
         ]);
+        let nodes = coupled.node_count().max(coupled.surface.node_count());
+        self._helpers = helpers(nodes, self.context.threads);
         let admitted_dt = coupled.admitted_dt(0.0);
         self.coupled = Some(coupled);
         Ok(Ready { counts, admitted_dt })

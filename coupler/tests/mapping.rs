@@ -2,8 +2,8 @@
 
 use coupler::case::MappingKind;
 use coupler::dummy_mesh::DummyMesh;
-use coupler::ledger::{moment, sum};
 use coupler::mapping::Mapping;
+use coupler::resultant::Resultant;
 use proptest::prelude::*;
 use protocol::case::{BoxFace, BoxRegion, SolidOutline};
 use protocol::interface::Surface;
@@ -43,6 +43,10 @@ fn sides(dimension: usize, fluid: &[usize], solid: &[usize]) -> (DummyMesh, Surf
     (dummy, surface, mapping)
 }
 
+fn resultant(dimension: usize, force: &[f64], position: &[f64]) -> Resultant {
+    Resultant::new(dimension, force, |i| position[i], |i| position[i])
+}
+
 /// A repeatable sequence of numbers in [-1, 1).
 fn noise(count: usize, seed: u64) -> Vec<f64> {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
@@ -71,12 +75,12 @@ proptest! {
         mapping.spread_motion(&motion, &mut carried);
         mapping.gather_load(&load, &mut given);
         let scale: f64 = load.iter().map(|f| f.abs()).sum();
+        let there = resultant(dimension, &load, dummy.reference_position());
+        let here = resultant(dimension, &given, &surface.reference_position);
         for axis in 0..3 {
-            prop_assert!((sum(&load, dimension)[axis] - sum(&given, dimension)[axis]).abs() < 1e-13 * scale);
+            prop_assert!((there.force[axis] - here.force[axis]).abs() < 1e-13 * scale);
             // The faces are flat, so the moment is kept as well.
-            let there = moment(dummy.reference_position(), &load, dimension)[axis];
-            let here = moment(&surface.reference_position, &given, dimension)[axis];
-            prop_assert!((there - here).abs() < 1e-13 * scale, "{there} {here}");
+            prop_assert!((there.moment[axis] - here.moment[axis]).abs() < 1e-13 * scale, "{there:?} {here:?}");
         }
         let work = |f: &[f64], u: &[f64]| f.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
         prop_assert!((work(&load, &carried) - work(&given, &motion)).abs() < 1e-13 * scale);
@@ -142,11 +146,13 @@ fn imbalances(mapping: &Mapping, points: &[f64], surface: &Surface, seed: u64) -
     mapping.gather_load(&load, &mut given);
     let scale: f64 = load.iter().map(|f| f.abs()).sum();
     let largest = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max) / scale;
-    let force = largest(sum(&load, dimension), sum(&given, dimension));
-    let there = moment(points, &load, dimension);
-    let here = moment(&surface.reference_position, &given, dimension);
+    let there = resultant(dimension, &load, points);
+    let here = resultant(dimension, &given, &surface.reference_position);
     let work = |f: &[f64], u: &[f64]| f.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
-    [force, largest(there, here), (work(&load, &carried) - work(&given, &motion)).abs() / scale]
+    let (force, moment) = (largest(there.force, here.force), largest(there.moment, here.moment));
+    let there = mapping.work(&load, |i| motion[i]);
+    assert!((there - work(&load, &carried)).abs() < 1e-12 * scale, "the same without the motion between");
+    [force, moment, (there - work(&given, &motion)).abs() / scale]
 }
 
 proptest! {

@@ -38,16 +38,25 @@ impl Couple {
         Some(Self { node, offset: Vector3::from(offset), inverse_inertia, arms })
     }
 
-    /// target[node] += omega x d of the motion `source`, `[n, D]`.
-    pub(super) fn add_motion(&self, dimension: usize, source: &[f64], target: &mut [f64]) {
-        let turned = self.arms.iter().map(|(solid, arm)| arm.cross(&vector(source, *solid, dimension)));
+    /// target[node] += omega x d of the motion `source`, `[n, D]`, a function of the component.
+    pub(super) fn add_motion(&self, dimension: usize, source: impl Fn(usize) -> f64, target: &mut [f64]) {
+        add(target, self.node, dimension, &self.motion(dimension, source));
+    }
+
+    /// Work of the force at the point along omega x d, J.
+    pub(super) fn work(&self, dimension: usize, force: &[f64], source: impl Fn(usize) -> f64) -> f64 {
+        vector(|component| force[component], self.node, dimension).dot(&self.motion(dimension, source))
+    }
+
+    fn motion(&self, dimension: usize, source: impl Fn(usize) -> f64) -> Vector3<f64> {
+        let turned = self.arms.iter().map(|(solid, arm)| arm.cross(&vector(&source, *solid, dimension)));
         let rotation = self.inverse_inertia * turned.sum::<Vector3<f64>>();
-        add(target, self.node, dimension, &rotation.cross(&self.offset));
+        rotation.cross(&self.offset)
     }
 
     /// Adds the couple of the force at the point to the facet's nodes.
     pub(super) fn add_load(&self, dimension: usize, source: &[f64], target: &mut [f64]) {
-        let couple = self.offset.cross(&vector(source, self.node, dimension));
+        let couple = self.offset.cross(&vector(|component| source[component], self.node, dimension));
         let turning = self.inverse_inertia * couple;
         for (solid, arm) in &self.arms {
             add(target, *solid, dimension, &turning.cross(arm));
@@ -55,10 +64,10 @@ impl Couple {
     }
 }
 
-fn vector(values: &[f64], node: usize, dimension: usize) -> Vector3<f64> {
+fn vector(values: impl Fn(usize) -> f64, node: usize, dimension: usize) -> Vector3<f64> {
     let mut vector = Vector3::zeros();
     for axis in 0..dimension {
-        vector[axis] = values[node * dimension + axis];
+        vector[axis] = values(node * dimension + axis);
     }
     vector
 }

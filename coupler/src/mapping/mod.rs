@@ -24,6 +24,8 @@ use couple::Couple;
 pub struct Mapping {
     dimension: usize,
     rows: Sparse,
+    /// H', by which loads are gathered node by node.
+    transposed: Sparse,
     couples: Vec<Couple>,
 }
 
@@ -74,26 +76,45 @@ impl Mapping {
             MappingKind::Nearest => (nearest::rows(points, surface), Vec::new()),
             MappingKind::Rbf => (rbf::rows(points, surface)?, Vec::new()),
         };
-        Ok(Self { dimension: surface.dimension, rows: Sparse::pack(rows), couples })
+        let rows = Sparse::pack(rows);
+        let transposed = rows.transpose(surface.reference_position.len() / surface.dimension);
+        Ok(Self { dimension: surface.dimension, rows, transposed, couples })
     }
 
     /// Motion to the fluid's side: `target = H source`, both `[n, D]`.
     pub fn spread_motion(&self, source: &[f64], target: &mut [f64]) {
+        self.spread_onto(|_| 0.0, |component| source[component], target);
+    }
+
+    /// `target = base + H source`, all `[n, D]`; base and source as functions of the flat number of the component.
+    pub fn spread_onto(
+        &self,
+        base: impl Fn(usize) -> f64 + Sync,
+        source: impl Fn(usize) -> f64 + Sync,
+        target: &mut [f64],
+    ) {
         let dimension = self.dimension;
-        self.rows.spread(dimension, source, target);
-        self.couples.iter().for_each(|couple| couple.add_motion(dimension, source, target));
+        self.rows.spread(dimension, base, &source, target);
+        self.couples.iter().for_each(|couple| couple.add_motion(dimension, &source, target));
+    }
+
+    /// Work of nodal forces on the fluid's side, `[n, D]` N, along H source, J.
+    pub fn work(&self, force: &[f64], source: impl Fn(usize) -> f64 + Sync) -> f64 {
+        let dimension = self.dimension;
+        let couples = self.couples.iter().map(|couple| couple.work(dimension, force, &source)).sum::<f64>();
+        self.rows.product(dimension, force, &source) + couples
     }
 
     /// A number per node to the fluid's side, `[n]`.
     pub fn spread_scalar(&self, source: &[f64]) -> Vec<f64> {
-        let value = |row: &[(usize, f64)]| row.iter().map(|&(solid, weight)| weight * source[solid]).sum();
-        self.rows.rows().map(value).collect()
+        let value = |row| self.rows.row(row).iter().map(|&(solid, weight)| weight * source[solid]).sum();
+        (0..self.rows.len()).map(value).collect()
     }
 
     /// Load to the solid's side: `target = H' source`, both `[n, D]` N.
     pub fn gather_load(&self, source: &[f64], target: &mut [f64]) {
         let dimension = self.dimension;
-        self.rows.gather(dimension, source, target);
+        self.transposed.spread(dimension, |_| 0.0, |component| source[component], target);
         self.couples.iter().for_each(|couple| couple.add_load(dimension, source, target));
     }
 }

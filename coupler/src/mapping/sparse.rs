@@ -1,12 +1,20 @@
-//! Rows of weights, packed one behind the other, and their products with vectors of two or three components a node.
+//! Rows of weights and their products with vectors of two or three components a node.
 
 use super::Rows;
+use crate::parallel;
 
 /// A sparse matrix that acts on nodes, not on components.
 #[derive(Debug, Clone)]
-pub struct Sparse {
-    starts: Vec<usize>,
-    entries: Vec<(usize, f64)>,
+pub enum Sparse {
+    /// Every row has one column, with the weight one: points that lie on nodes.
+    Same(Vec<u32>),
+    /// Columns and weights, row behind row.
+    Weighted {
+        /// Where each row begins, and the end of the last.
+        starts: Vec<u32>,
+        /// Columns and weights.
+        entries: Vec<(u32, f64)>,
+    },
 }
 
 impl Sparse {
@@ -14,16 +22,25 @@ impl Sparse {
     pub fn pack(rows: Rows) -> Self {
         let mut starts = vec![0];
         let mut entries = Vec::new();
+        let count = |length: usize| u32::try_from(length).expect("node numbers have 32 bits");
         for row in rows {
-            entries.extend(row.into_iter().filter(|entry| entry.1 != 0.0));
-            starts.push(entries.len());
+            let nonzero = row.into_iter().filter(|entry| entry.1 != 0.0);
+            entries.extend(nonzero.map(|(column, weight)| (count(column), weight)));
+            starts.push(count(entries.len()));
         }
-        Self { starts, entries }
+        let is_single = starts.windows(2).all(|ends| ends[1] - ends[0] == 1);
+        if is_single && entries.iter().all(|entry| entry.1 == 1.0) {
+            return Self::Same(entries.into_iter().map(|entry| entry.0).collect());
+        }
+        Self::Weighted { starts, entries }
     }
 
     /// Number of rows.
     pub fn len(&self) -> usize {
-        self.starts.len() - 1
+        match self {
+            Self::Same(columns) => columns.len(),
+            Self::Weighted { starts, .. } => starts.len() - 1,
+        }
     }
 
     /// Whether there is no row.
@@ -31,46 +48,87 @@ impl Sparse {
         self.len() == 0
     }
 
-    /// Columns and weights, row after row.
-    pub fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {
-        self.starts.windows(2).map(|ends| &self.entries[ends[0]..ends[1]])
-    }
-
-    /// `target = H source`, both `[n, dimension]`.
-    pub fn spread(&self, dimension: usize, source: &[f64], target: &mut [f64]) {
-        if dimension == 2 {
-            self.spread_all::<2>(source, target)
-        } else {
-            self.spread_all::<3>(source, target)
-        }
-    }
-
-    /// `target = H' source`, both `[n, dimension]`.
-    pub fn gather(&self, dimension: usize, source: &[f64], target: &mut [f64]) {
-        target.fill(0.0);
-        if dimension == 2 {
-            self.gather_all::<2>(source, target)
-        } else {
-            self.gather_all::<3>(source, target)
-        }
-    }
-
-    fn spread_all<const D: usize>(&self, source: &[f64], target: &mut [f64]) {
-        let (source, target) = (source.as_chunks::<D>().0, target.as_chunks_mut::<D>().0);
-        for (target, row) in target.iter_mut().zip(self.rows()) {
-            let mut sum = [0.0; D];
-            for &(column, weight) in row {
-                (0..D).for_each(|axis| sum[axis] += weight * source[column][axis]);
+    /// Columns and weights of one row.
+    pub fn row(&self, row: usize) -> Vec<(usize, f64)> {
+        match self {
+            Self::Same(columns) => vec![(columns[row] as usize, 1.0)],
+            Self::Weighted { starts, entries } => {
+                let entries = &entries[starts[row] as usize..starts[row + 1] as usize];
+                entries.iter().map(|&(column, weight)| (column as usize, weight)).collect()
             }
-            *target = sum;
         }
     }
 
-    fn gather_all<const D: usize>(&self, source: &[f64], target: &mut [f64]) {
-        let (source, target) = (source.as_chunks::<D>().0, target.as_chunks_mut::<D>().0);
-        for (source, row) in source.iter().zip(self.rows()) {
-            for &(column, weight) in row {
-                (0..D).for_each(|axis| target[column][axis] += weight * source[axis]);
+    /// The transpose, with this many rows; the entries of each of its rows are in the order of this one's rows.
+    pub fn transpose(&self, row_count: usize) -> Self {
+        let mut rows = vec![Vec::new(); row_count];
+        for row in 0..self.len() {
+            self.row(row).into_iter().for_each(|(column, weight)| rows[column].push((row, weight)));
+        }
+        Self::pack(rows)
+    }
+
+    /// `target = base + H source`, all `[n, D]` in flat numbers of component; base and source as functions, so that
+    /// what they are made of needs no room.
+    pub fn spread(
+        &self,
+        dimension: usize,
+        base: impl Fn(usize) -> f64 + Sync,
+        source: impl Fn(usize) -> f64 + Sync,
+        target: &mut [f64],
+    ) {
+        if dimension == 2 {
+            self.spread_all::<2>(base, source, target)
+        } else {
+            self.spread_all::<3>(base, source, target)
+        }
+    }
+
+    fn spread_all<const D: usize>(
+        &self,
+        base: impl Fn(usize) -> f64 + Sync,
+        source: impl Fn(usize) -> f64 + Sync,
+        target: &mut [f64],
+    ) {
+        parallel::fill::<D>(target, |row| {
+            let sum = self.row_sum::<D>(row, &source);
+            std::array::from_fn(|axis| base(row * D + axis) + sum[axis])
+        });
+    }
+
+    /// Sum of `vectors`, `[n, D]`, times H source.
+    pub fn product(&self, dimension: usize, vectors: &[f64], source: impl Fn(usize) -> f64 + Sync) -> f64 {
+        if dimension == 2 {
+            self.product_all::<2>(vectors, source)
+        } else {
+            self.product_all::<3>(vectors, source)
+        }
+    }
+
+    fn product_all<const D: usize>(&self, vectors: &[f64], source: impl Fn(usize) -> f64 + Sync) -> f64 {
+        let vectors = vectors.as_chunks::<D>().0;
+        parallel::sum(0..self.len(), &|rows| {
+            let product = |row: usize| -> f64 {
+                let sum = self.row_sum::<D>(row, &source);
+                (0..D).map(|axis| vectors[row][axis] * sum[axis]).sum()
+            };
+            rows.map(product).sum()
+        })
+    }
+
+    /// One row of H source.
+    #[inline(always)]
+    fn row_sum<const D: usize>(&self, row: usize, source: &impl Fn(usize) -> f64) -> [f64; D] {
+        let at = |node: u32| -> [f64; D] { std::array::from_fn(|axis| source(node as usize * D + axis)) };
+        match self {
+            Self::Same(columns) => at(columns[row]),
+            Self::Weighted { starts, entries } => {
+                let mut sum = [0.0; D];
+                for &(column, weight) in &entries[starts[row] as usize..starts[row + 1] as usize] {
+                    let value = at(column);
+                    (0..D).for_each(|axis| sum[axis] += weight * value[axis]);
+                }
+                sum
             }
         }
     }
