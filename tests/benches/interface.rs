@@ -12,13 +12,14 @@ use coupler::dummy_mesh::DummyMesh;
 use launcher::processes::{Call, Crew, Launch, ProcessSpec, Processes};
 use launcher::step::{Cast, order, settle};
 use protocol::case::{CaseFile, Scheme, Shared};
-use protocol::control::{Order, Reply, Start, StepTime};
+use protocol::control::{Account, Order, Reply, Start, StepTime};
 use protocol::failure::Failure;
 use protocol::header::{Header, Kind};
 use protocol::interface::{Contract, Surface};
 use protocol::ipc::IpcTransport;
 use protocol::link::{Expect, Item, LinkError, Transport, agree};
 use protocol::names::{RunId, RunNames};
+use protocol::phases::PhaseTime;
 use tidewall_tests::programs;
 
 const TIMEOUT: Duration = Duration::from_secs(60);
@@ -26,26 +27,41 @@ const STEPS: u64 = 300;
 const DT: f64 = 1e-4;
 
 fn main() {
-    println!("nodes, wall ms a step: median (least), coupler's CPU ms a step");
-    for cells in [[1, 44, 49], [1, 199, 249]] {
+    println!("nodes, threads, wall ms a step: median (least), coupler's CPU ms a step");
+    println!("  the coupler's phases, ms a step");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    for (cells, threads) in [([1, 44, 49], 1), ([1, 199, 249], 1), ([1, 199, 249], cores)] {
         let folder = tempfile::tempdir().expect("there is room for a case");
-        let bench = Bench::new(cells, folder.path());
-        let (mut walls, cpu) = bench.run().expect("the run goes through");
+        let bench = Bench::new(cells, threads, folder.path());
+        let Measured { mut walls, cpu, phases } = bench.run().expect("the run goes through");
         walls.sort_by(f64::total_cmp);
         let (median, least) = (1e3 * walls[walls.len() / 2], 1e3 * walls[0]);
-        println!("{}, {median:.3} ({least:.3}), {:.3}", bench.contract.node_count, 1e3 * cpu);
+        let nodes = bench.contract.node_count;
+        println!("{nodes}, {threads}, {median:.3} ({least:.3}), {:.3}", 1e3 * cpu);
+        println!("  {}", phases.join(", "));
     }
+}
+
+/// What the steps took.
+struct Measured {
+    /// Wall time of each, s.
+    walls: Vec<f64>,
+    /// The coupler's CPU time a step, s.
+    cpu: f64,
+    /// Name and wall time a step, ms.
+    phases: Vec<String>,
 }
 
 struct Bench<'f> {
     folder: &'f Path,
+    threads: usize,
     names: RunNames,
     surface: Surface,
     contract: Contract,
 }
 
 impl<'f> Bench<'f> {
-    fn new(cells: [usize; 3], folder: &'f Path) -> Self {
+    fn new(cells: [usize; 3], threads: usize, folder: &'f Path) -> Self {
         let text = format!(
             "[case]\nname = \"interface\"\ndimension = 3\n[domain]\nmin = [0, 0, 0]\nmax = [2, 1, 1]\n\
              [gravity]\nacceleration = [0, -9.81, 0]\n[fluid]\nspacing = 0.05\n[[fluid.region]]\nmin = [0, 0, 0]\n\
@@ -69,11 +85,10 @@ impl<'f> Bench<'f> {
             scene: u8::checksum(text.as_bytes()),
         };
         let names = RunNames::of(RunId::random().expect("the system has random numbers"));
-        Self { folder, names, surface, contract }
+        Self { folder, threads, names, surface, contract }
     }
 
-    /// Wall time of each step and the coupler's CPU time a step, s.
-    fn run(&self) -> Result<(Vec<f64>, f64), Failure> {
+    fn run(&self) -> Result<Measured, Failure> {
         let argument = |path: &Path| path.as_os_str().to_owned();
         let spec = ProcessSpec {
             name: "coupler".to_owned(),
@@ -83,6 +98,8 @@ impl<'f> Bench<'f> {
                 argument(&self.folder.join("case.lock.toml")),
                 "--folder".into(),
                 argument(self.folder),
+                "--threads".into(),
+                self.threads.to_string().into(),
             ],
             environment: Vec::new(),
         };
@@ -101,10 +118,10 @@ impl<'f> Bench<'f> {
         })
     }
 
-    fn conduct(&self, mut crew: CouplerOnly) -> Result<(Vec<f64>, f64), Failure> {
+    fn conduct(&self, mut crew: CouplerOnly) -> Result<Measured, Failure> {
         let nodes = Some(self.contract.node_count as u64);
         crew.0.ask("coupler", &Order::Start(Start { surface_nodes: nodes, dummy_nodes: nodes }))?;
-        let before = crew.cpu()?;
+        let before = crew.account()?.cpu_s;
         let mut walls = Vec::new();
         for number in 1..=STEPS {
             let start = Instant::now();
@@ -112,10 +129,14 @@ impl<'f> Bench<'f> {
             settle(&mut crew, step, None)?;
             walls.push(start.elapsed().as_secs_f64());
         }
-        let cpu = (crew.cpu()? - before) / STEPS as f64;
+        let account = crew.account()?;
+        let cpu = (account.cpu_s - before) / STEPS as f64;
+        let own = account.phases.iter().filter(|phase| phase.name != "wait");
+        let a_step = |phase: &PhaseTime| format!("{} {:.3}", phase.name, 1e3 * phase.wall_s / STEPS as f64);
+        let phases = own.map(a_step).collect();
         crew.0.ask("coupler", &Order::Stop)?;
         crew.0.finish()?;
-        Ok((walls, cpu))
+        Ok(Measured { walls, cpu, phases })
     }
 
     fn solid(&self) -> Result<(), LinkError> {
@@ -164,9 +185,9 @@ fn at(step: u64) -> StepTime {
 struct CouplerOnly(Processes);
 
 impl CouplerOnly {
-    fn cpu(&mut self) -> Result<f64, Failure> {
+    fn account(&mut self) -> Result<Account, Failure> {
         match self.0.ask("coupler", &Order::Output { frame: 0, at: at(0) })? {
-            Reply::Account(account) => Ok(account.cpu_s),
+            Reply::Account(account) => Ok(account),
             other => panic!("an output is answered by an account, not {other:?}"),
         }
     }
