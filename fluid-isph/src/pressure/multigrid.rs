@@ -34,6 +34,10 @@ struct Level {
     inverse_diagonal: Vec<f32>,
     /// Cell of the next level each cell belongs to.
     parent: Vec<u32>,
+    /// Cells of the finer level joined in each cell, in rising order, one cell's behind the other's.
+    child: Vec<u32>,
+    /// First of each cell's children, `[n + 1]`.
+    child_start: Vec<u32>,
     /// Cell at each place of the level's own grid.
     place: Vec<u32>,
     extent: [u32; 3],
@@ -124,18 +128,11 @@ impl<const D: usize> Multigrid<D> {
         self.levels[number].sweep_forward_from_zero::<D>();
         self.levels[number].find_residual::<D>();
         let (finer, coarser) = self.levels.split_at_mut(number + 1);
-        let (fine, coarse) = (&finer[number], &mut coarser[0]);
-        coarse.right_side.fill(0.0);
-        for (cell, &parent) in fine.parent.iter().enumerate() {
-            coarse.right_side[parent as usize] += fine.residual[cell];
-        }
+        coarser[0].restrict(&finer[number].residual);
         self.cycle(number + 1);
         let (finer, coarser) = self.levels.split_at_mut(number + 1);
-        let fine = &mut finer[number];
-        for (cell, &parent) in fine.parent.iter().enumerate() {
-            fine.solution[cell] += OVER_CORRECTION * coarser[0].solution[parent as usize];
-        }
-        fine.sweep_backward::<D>();
+        finer[number].correct(&coarser[0].solution);
+        finer[number].sweep_backward::<D>();
     }
 
     fn factorise(&mut self) {
@@ -269,7 +266,6 @@ impl Level {
 
     /// Makes this level from the finer one by joining 2^D cells.
     fn coarsen<const D: usize>(&mut self, finer: &mut Self) {
-        let stencil = Multigrid::<D>::STENCIL;
         self.extent = finer.extent.map(|n| n.div_ceil(2));
         let [nx, ny, nz] = self.extent.map(|n| n as usize);
         self.place.clear();
@@ -286,20 +282,78 @@ impl Level {
             finer.parent.push(self.place[place]);
         }
         self.link::<D>();
-        self.value.fill(0.0);
-        for (cell, at) in finer.at.iter().enumerate() {
-            let row = finer.parent[cell] as usize * stencil;
-            for s in 0..stencil {
-                let steps = [s % 3, s / 3 % 3, if D == 3 { s / 9 } else { 1 }];
-                // Step of the parents: floor((parity + step) / 2), all shifted by one to stay positive.
-                let up: [usize; 3] = std::array::from_fn(|k| (at[k] as usize % 2 + steps[k]).div_ceil(2));
-                let target = if D == 3 { up[0] + 3 * up[1] + 9 * up[2] } else { up[0] + 3 * up[1] };
-                self.value[row + target] += finer.value[cell * stencil + s];
+        self.list_children(&finer.parent);
+        self.join_rows::<D>(finer);
+    }
+
+    /// Sorts the finer level's cells by their parent (counting sort).
+    fn list_children(&mut self, parent: &[u32]) {
+        // Two places further on, so that after the children are placed each start stands where it belongs.
+        self.child_start.clear();
+        self.child_start.resize(self.at.len() + 2, 0);
+        for &parent in parent {
+            self.child_start[parent as usize + 2] += 1;
+        }
+        for cell in 2..self.child_start.len() {
+            self.child_start[cell] += self.child_start[cell - 1];
+        }
+        self.child.resize(parent.len(), 0);
+        for (cell, &parent) in parent.iter().enumerate() {
+            let place = &mut self.child_start[parent as usize + 1];
+            self.child[*place as usize] = cell as u32;
+            *place += 1;
+        }
+    }
+
+    /// Each row is the sum of its children's rows, entry by entry onto the parent of the entry's cell.
+    fn join_rows<const D: usize>(&mut self, finer: &Self) {
+        let stencil = Multigrid::<D>::STENCIL;
+        let rows =
+            self.value.par_chunks_mut(CHUNK * stencil).zip(self.inverse_diagonal.par_chunks_mut(CHUNK));
+        let (start, child) = (&self.child_start, &self.child);
+        rows.enumerate().for_each(|(number, (values, inverse_diagonal))| {
+            for (k, row) in values.chunks_exact_mut(stencil).enumerate() {
+                row.fill(0.0);
+                let cell = number * CHUNK + k;
+                for &child in &child[start[cell] as usize..start[cell + 1] as usize] {
+                    let at = finer.at[child as usize];
+                    let first = child as usize * stencil;
+                    for (s, value) in finer.value[first..first + stencil].iter().enumerate() {
+                        let steps = [s % 3, s / 3 % 3, if D == 3 { s / 9 } else { 1 }];
+                        // Step of the parents: floor((parity + step) / 2), all shifted by one to stay positive.
+                        let up: [usize; 3] =
+                            std::array::from_fn(|k| (at[k] as usize % 2 + steps[k]).div_ceil(2));
+                        let target = if D == 3 { up[0] + 3 * up[1] + 9 * up[2] } else { up[0] + 3 * up[1] };
+                        row[target] += value;
+                    }
+                }
+                inverse_diagonal[k] = 1.0 / row[stencil / 2];
             }
-        }
-        for (cell, inverse) in self.inverse_diagonal.iter_mut().enumerate() {
-            *inverse = 1.0 / self.value[cell * stencil + stencil / 2];
-        }
+        });
+    }
+
+    /// right side = sum of the children's residuals.
+    fn restrict(&mut self, residual: &[f32]) {
+        let (start, child) = (&self.child_start, &self.child);
+        self.right_side.par_chunks_mut(CHUNK).enumerate().with_min_len(MEDIUM).for_each(|(number, sums)| {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                let cell = number * CHUNK + k;
+                *sum = 0.0;
+                for &child in &child[start[cell] as usize..start[cell + 1] as usize] {
+                    *sum += residual[child as usize];
+                }
+            }
+        });
+    }
+
+    /// solution += 1.5 times that of the parents.
+    fn correct(&mut self, coarse: &[f32]) {
+        let columns = self.solution.par_chunks_mut(CHUNK).zip(self.parent.par_chunks(CHUNK));
+        columns.with_min_len(LIGHT).for_each(|(solution, parent)| {
+            for (solution, &parent) in solution.iter_mut().zip(parent) {
+                *solution += OVER_CORRECTION * coarse[parent as usize];
+            }
+        });
     }
 
     /// x = M^-1 b with M the lower triangle inside each block; columns outside the block count as zero.
