@@ -9,11 +9,12 @@ use crate::vector::Vector;
 
 /// Up to eight points of one cell that stand side by side.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
 struct Strip {
-    /// Sorted number of the first.
-    first: u32,
     /// Their places as seen from the corner of the cell gathered; out of reach where there is none.
     place: [[f32; LANES]; 3],
+    /// Sorted number of the first.
+    first: u32,
 }
 
 /// The points within the support of one point; buffers are kept from call to call.
@@ -108,7 +109,7 @@ impl Neighbours {
         let mut count = 0;
         let x: [f32; D] = std::array::from_fn(|k| x[k].wrapping_sub(self.corner[k]) as f32);
         let room = LANES * (self.strips.len() + 2);
-        let (index, q2) = (&mut self.index[..room], &mut self.q2[..room]);
+        let (index, q2, reach2) = (&mut self.index[..room], &mut self.q2[..room], self.reach2);
         for (strip, end) in self.strips.iter().zip(&mut self.strip_end[1..]) {
             let mut r2 = [0.0f32; LANES];
             for k in 0..D {
@@ -117,7 +118,7 @@ impl Neighbours {
                     r2[lane] += d * d;
                 }
             }
-            let hits = lanes.below(r2, self.reach2);
+            let hits = lanes.below(r2, reach2);
             let order = PACKED[hits];
             let number: [u32; LANES] = std::array::from_fn(|lane| strip.first + order[lane]);
             q2[count..count + LANES].copy_from_slice(&lanes.shuffle(r2, order));
