@@ -1,9 +1,10 @@
-//! What the coupler and its channels cost a step: the coupler's program between a fluid and a solid that answer at once.
+//! What the coupler and its channels cost a step: the coupler's program between a fluid and a solid that answer at once, and
+//! between two that compute for a while, as they do in a run: what the coupler does meanwhile keeps nobody waiting.
 //!
 //!     cargo bench -p tidewall-tests --bench interface
 //!
-//! Wall time of a whole step (orders, four data messages, the coupler's phases) and the coupler's own CPU time, for a
-//! plate in space with matching meshes of 4,500 and 100,000 interface nodes.
+//! Wall time of a whole step (orders, four data messages, the coupler's phases) less the computing of fluid and solid, and the
+//! coupler's own CPU time, for a plate in space with matching meshes of 4,500 and 100,000 interface nodes.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -25,26 +26,36 @@ use tidewall_tests::programs;
 const TIMEOUT: Duration = Duration::from_secs(60);
 const STEPS: u64 = 300;
 const DT: f64 = 1e-4;
+/// How long before its load the fluid knocks.
+const BEFORE: Duration = Duration::from_micros(500);
+/// What fluid and solid compute in a step, one after the other on one thread each.
+const COMPUTING: [Duration; 2] = [Duration::ZERO, Duration::from_millis(20)];
 
 fn main() {
-    println!("nodes, threads, wall ms a step: median (least), coupler's CPU ms a step");
+    println!(
+        "nodes, threads, computing ms, wall ms a step less computing: median (least), coupler's CPU ms a step"
+    );
     println!("  the coupler's phases, ms a step");
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    for (cells, threads) in [([1, 44, 49], 1), ([1, 199, 249], 1), ([1, 199, 249], cores)] {
+    let scenes = [([1, 44, 49], 1), ([1, 199, 249], 1), ([1, 199, 249], cores)];
+    for ((cells, threads), computing) in
+        scenes.into_iter().flat_map(|scene| COMPUTING.map(|time| (scene, time)))
+    {
         let folder = tempfile::tempdir().expect("there is room for a case");
-        let bench = Bench::new(cells, threads, folder.path());
+        let bench = Bench::new(cells, (threads, computing), folder.path());
         let Measured { mut walls, cpu, phases } = bench.run().expect("the run goes through");
         walls.sort_by(f64::total_cmp);
         let (median, least) = (1e3 * walls[walls.len() / 2], 1e3 * walls[0]);
         let nodes = bench.contract.node_count;
-        println!("{nodes}, {threads}, {median:.3} ({least:.3}), {:.3}", 1e3 * cpu);
+        let computing = 1e3 * computing.as_secs_f64();
+        println!("{nodes}, {threads}, {computing}, {median:.3} ({least:.3}), {:.3}", 1e3 * cpu);
         println!("  {}", phases.join(", "));
     }
 }
 
 /// What the steps took.
 struct Measured {
-    /// Wall time of each, s.
+    /// Wall time of each less the computing of fluid and solid, s.
     walls: Vec<f64>,
     /// The coupler's CPU time a step, s.
     cpu: f64,
@@ -55,13 +66,14 @@ struct Measured {
 struct Bench<'f> {
     folder: &'f Path,
     threads: usize,
+    computing: Duration,
     names: RunNames,
     surface: Surface,
     contract: Contract,
 }
 
 impl<'f> Bench<'f> {
-    fn new(cells: [usize; 3], threads: usize, folder: &'f Path) -> Self {
+    fn new(cells: [usize; 3], (threads, computing): (usize, Duration), folder: &'f Path) -> Self {
         let text = format!(
             "[case]\nname = \"interface\"\ndimension = 3\n[domain]\nmin = [0, 0, 0]\nmax = [2, 1, 1]\n\
              [gravity]\nacceleration = [0, -9.81, 0]\n[fluid]\nspacing = 0.05\n[[fluid.region]]\nmin = [0, 0, 0]\n\
@@ -85,7 +97,7 @@ impl<'f> Bench<'f> {
             scene: u8::checksum(text.as_bytes()),
         };
         let names = RunNames::of(RunId::random().expect("the system has random numbers"));
-        Self { folder, threads, names, surface, contract }
+        Self { folder, threads, computing, names, surface, contract }
     }
 
     fn run(&self) -> Result<Measured, Failure> {
@@ -127,7 +139,7 @@ impl<'f> Bench<'f> {
             let start = Instant::now();
             let step = order(&mut crew, Cast::Coupled(Scheme::Robin), at(number))?;
             settle(&mut crew, step, None)?;
-            walls.push(start.elapsed().as_secs_f64());
+            walls.push((start.elapsed() - 2 * self.computing).as_secs_f64());
         }
         let account = crew.account()?;
         let cpu = (account.cpu_s - before) / STEPS as f64;
@@ -137,6 +149,13 @@ impl<'f> Bench<'f> {
         crew.0.ask("coupler", &Order::Stop)?;
         crew.0.finish()?;
         Ok(Measured { walls, cpu, phases })
+    }
+
+    /// Keeps a core busy to the end of the computing but `rest`.
+    fn compute(&self, since: Instant, rest: Duration) {
+        while since.elapsed() + rest < self.computing {
+            std::hint::spin_loop();
+        }
     }
 
     fn solid(&self) -> Result<(), LinkError> {
@@ -153,6 +172,7 @@ impl<'f> Bench<'f> {
             if step > 0 {
                 let expect = Expect { kind: Kind::Load, step, count: Some(load_len) };
                 link.receive(expect, &mut |_, _| ())?;
+                self.compute(Instant::now(), Duration::ZERO);
             }
             link.send(Header::new(Kind::Motion, step, at(step).time, DT), 3 * block, &mut |out| {
                 out.fill(1e-6 * step as f64);
@@ -165,10 +185,18 @@ impl<'f> Bench<'f> {
         let (nodes, markers) = (self.surface.reference_position.len(), self.surface.facets.markers().len());
         let mut transport = IpcTransport::new(&self.names, "fluid", TIMEOUT)?;
         let mut link = transport.connect("coupler", markers + nodes)?;
+        let knocks: Vec<_> =
+            ["coupler", "solid"].into_iter().filter_map(|role| transport.knock(role)).collect();
         agree(&mut *link, &self.contract)?;
         link.receive(Expect { kind: Kind::BodyMesh, step: 0, count: None }, &mut |_, _| ())?;
         for step in 1..=STEPS {
             link.receive(Expect { kind: Kind::Motion, step, count: None }, &mut |_, _| ())?;
+            let since = Instant::now();
+            self.compute(since, BEFORE);
+            if self.computing > BEFORE {
+                knocks.iter().for_each(|knock| knock());
+            }
+            self.compute(since, Duration::ZERO);
             link.send(Header::new(Kind::Load, step, at(step).time, DT), markers + nodes, &mut |out| {
                 out.fill(1.0 + 1e-3 * step as f64);
             })?;
