@@ -28,9 +28,14 @@ impl<const D: usize> Fluid<D> {
                 |margin: f64| (0..D).any(|k| (0..2).any(|side| !tank.open[k][side] && past(k, margin)[side]));
             let over_rim = (0..D).any(|k| (0..2).any(|side| tank.open[k][side] && past(k, 0.0)[side]));
             let through = beyond_wall(margin);
-            // Through a hole the water must pass the whole wall before it is gone.
+            // Through a hole the water must pass the whole wall before it is gone. Above the rim there is no wall to be pressed into:
+            // whoever is past its plane there comes down outside.
             let in_hole = through && scene.openings.iter().any(|opening| opening.holds(x, tank));
-            let gone = if in_hole { beyond_wall(wall) } else { through };
+            let gone = match (in_hole, over_rim) {
+                (true, _) => beyond_wall(wall),
+                (false, true) => beyond_wall(0.0),
+                (false, false) => through,
+            };
             match (over_rim || in_hole, gone || grid.inner_cell(x).is_none()) {
                 (_, false) => Fate::Stays,
                 (true, true) => Fate::Outflow,

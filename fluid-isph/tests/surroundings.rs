@@ -173,6 +173,18 @@ fn planes_of_symmetry_do_not_brake() {
     assert!((speed(false) - theory).abs() < 0.1, "{} against {theory}", speed(false));
 }
 
+/// A drop that comes down just outside the rim has gone over it, not through the wall.
+#[test]
+fn what_is_past_the_wall_above_its_rim_has_gone_over_it() {
+    let tank = Tank { min: [0.0; 2], max: [0.1; 2], open: [[false; 2], [false, true]] };
+    // Four particles, above the rim from 0.04 to 0.16 s, and then 4 to 14 mm past the wall.
+    let drop = WaterBox { min: [0.06; 2], max: [0.08; 2], velocity: [0.25, 1.0] };
+    let mut fluid = Fluid::new(Scene::new(tank, vec![drop], 0.01), None).unwrap();
+    run(&mut fluid, 1e-3, 0.3);
+    let health = fluid.health();
+    assert_eq!((health.outflow_particles, health.escaped_particles), (4, 0));
+}
+
 /// Water that falls out below and comes in again above has gained no energy by it.
 #[test]
 fn coming_in_again_above_is_no_gain_of_energy() {
