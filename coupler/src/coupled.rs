@@ -165,7 +165,10 @@ impl Coupled {
         if matches!(self.settings.scheme, Scheme::ToSolid | Scheme::ToFluid) || self.replay.is_some() {
             return None;
         }
-        let jumps = self.jump.diverges() || self.jump.greatest() > guard::UNSTABLE;
+        // Where both sides agree at the end of every step nothing is staggered, and a load that jumps is the water's own.
+        let agrees =
+            self.settings.scheme == Scheme::Strong && self.passes.as_ref().is_some_and(Passes::agrees);
+        let jumps = self.jump.diverges() || (!agrees && self.jump.greatest() > guard::UNSTABLE);
         let is_large = self.ledger.work_difference() > self.least_work;
         let unstable = jumps || (is_large && self.ledger.work_mismatch() > guard::MISMATCH);
         unstable.then(|| "unstable_coupling".to_owned())

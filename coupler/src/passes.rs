@@ -100,6 +100,11 @@ impl Passes {
         self.count
     }
 
+    /// Whether both sides agreed at the end of all but at most one step in a hundred.
+    pub fn agrees(&self) -> bool {
+        100 * self.unsettled <= self.steps
+    }
+
     /// For the health table, where any step was passed over: passes a step, and steps that did not agree within the
     /// most passes.
     pub fn health(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
@@ -150,6 +155,7 @@ mod tests {
         let counts: Vec<u32> = (0..10).map(|_| step(&mut all, &solid, map)).collect();
         assert!(counts[0] <= 6 && counts[9] <= 3, "{counts:?}");
         assert_eq!(all.health().last(), Some(("unsettled_steps", 0.0)));
+        assert!(all.agrees());
     }
 
     #[test]
@@ -162,5 +168,6 @@ mod tests {
         assert_eq!(step(&mut all, &solid, map), 30);
         assert!(all.guess.iter().all(|x| x.abs() < 10.0), "{:?}", all.guess);
         assert_eq!(all.health().last(), Some(("unsettled_steps", 1.0)));
+        assert!(!all.agrees());
     }
 }
