@@ -79,7 +79,7 @@ impl Settings {
     pub fn read(case: &CaseFile, shared: &Shared) -> Self {
         let section = case.section_or_default("coupling");
         // Read by all, as it decides the turns.
-        section.pass_over(&["scheme", "replay", "replay_of"]);
+        section.pass_over(&["scheme", "fluid_side", "replay", "replay_of"]);
         let prediction_order = read_prediction_order(&section, shared.scheme);
         let on_guard = read_on_guard(&section);
         let passes = read_passes(&section, shared.scheme == Scheme::Strong || on_guard == OnGuard::Escalate);

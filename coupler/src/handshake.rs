@@ -60,7 +60,7 @@ impl<'a> Handshake<'a> {
     pub(crate) fn with_fluid(&mut self, mesh: &BodyMesh) -> Result<Box<dyn Link<f64>>, Failure> {
         let capacity = mesh.encode().len().max(mesh.motion_len());
         let mut link = self.connect(Side::Fluid, capacity)?;
-        agree(&mut *link, &self.contract(self.start.dummy_nodes)?).map_err(refused("handshake"))?;
+        agree(&mut *link, &self.contract(self.start.fluid_nodes)?).map_err(refused("handshake"))?;
         send_body_mesh(&mut *link, mesh).map_err(refused("handshake"))?;
         Ok(link)
     }

@@ -117,7 +117,7 @@ impl<const D: usize> FluidParticipant<D> {
 
 impl<const D: usize> Participant for FluidParticipant<D> {
     fn start(&mut self, start: &Start, transport: &mut dyn Transport) -> Result<Ready, Failure> {
-        let (interface, mesh) = match start.dummy_nodes {
+        let (interface, mesh) = match start.fluid_nodes {
             Some(nodes) => {
                 let hands = self.shake_hands(nodes, transport);
                 let (interface, mesh) =

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use protocol::PROTOCOL_VERSION;
-use protocol::case::{CaseFile, CheckReport, Diagnostic, GaugeKind, LeftOut, Shared, Side, Target};
+use protocol::case::{
+    CaseFile, CheckReport, Diagnostic, FluidSide, GaugeKind, LeftOut, Shared, Side, Target,
+};
+use protocol::control::Start;
 use protocol::failure::{Failure, FailureClass};
 
 use crate::stress::promise::Promise;
@@ -55,6 +58,16 @@ impl Checked {
     /// A figure of any program's plan.
     pub fn figure(&self, name: &str) -> Option<f64> {
         self.reports.iter().find_map(|report| report.figure(name))
+    }
+
+    /// The sizes of both sides of the interface, as planned.
+    pub fn interface(&self) -> Start {
+        let size = |name: &str| self.figure(name).map(|count| count as u64);
+        let fluid_nodes = match self.shared.fluid_side {
+            FluidSide::DummyMesh => size("dummy_nodes"),
+            FluidSide::Points => size("interface_points"),
+        };
+        Start { surface_nodes: size("surface_nodes"), fluid_nodes }
     }
 }
 

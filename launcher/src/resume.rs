@@ -16,7 +16,7 @@ use crate::time_step::Moment;
 const ROLE: &str = "time_loop";
 
 /// Keys of the case that make particles and mesh, and what the state is the state of. A section or a key.
-const FIXED: [&str; 26] = [
+const FIXED: [&str; 27] = [
     "case.dimension",
     "domain",
     "obstacle",
@@ -42,6 +42,7 @@ const FIXED: [&str; 26] = [
     "solid.hardening",
     "solid.kinematics",
     "solid.plane",
+    "coupling.fluid_side",
     "coupling.dummy_elements",
 ];
 

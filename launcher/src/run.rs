@@ -111,8 +111,9 @@ pub fn run(checked: &Checked, options: &RunOptions) -> Result<Outcome, Failure> 
 /// [`FailureClass::Resource`].
 pub fn check_room(checked: &Checked, free: u64) -> Result<(), Failure> {
     let dimension = checked.shared.header.dimension;
-    let count = |name: &str| checked.figure(name).unwrap_or_default() as usize;
-    let (solid, fluid) = (count("surface_nodes"), count("dummy_nodes"));
+    let Start { surface_nodes, fluid_nodes } = checked.interface();
+    let (solid, fluid) =
+        (surface_nodes.unwrap_or_default() as usize, fluid_nodes.unwrap_or_default() as usize);
     // Orders and replies of every process; motion and load on both sides, with room for the handshake's meshes.
     let mut needs = vec![ChannelNeed { message_bytes: CONTROL_BYTES }; 2 * checked.programs.len()];
     if fluid > 0 {
@@ -139,8 +140,7 @@ fn carry_out(checked: &Checked, options: &RunOptions, watch: &mut Watch<'_>) -> 
     let specs: Vec<_> =
         checked.programs.iter().map(|program| spec(program, watch.folder, options, timeout)).collect();
     let mut processes = Processes::start(Launch { names: &names, log: &log, timeout }, &specs)?;
-    let size = |name: &str| checked.figure(name).map(|count| count as u64);
-    let start = Start { surface_nodes: size("surface_nodes"), dummy_nodes: size("dummy_nodes") };
+    let start = checked.interface();
     let (crew, shared) = (&mut processes, &checked.shared);
     let ending = match &options.resumed {
         Some(resumed) => conduct::resume(crew, shared, (start, resumed.moment), watch)?,

@@ -82,8 +82,8 @@ pub enum Part {
 pub struct Start {
     /// Interface nodes of the solid's surface; `None` in a scene without coupling.
     pub surface_nodes: Option<u64>,
-    /// Interface nodes of the fluid's side (dummy mesh).
-    pub dummy_nodes: Option<u64>,
+    /// Nodes of the dummy mesh, or points the fluid offers.
+    pub fluid_nodes: Option<u64>,
 }
 
 /// What a participant answers.

@@ -25,6 +25,10 @@ pub enum Kind {
     Load = 7,
     /// Nothing more will come.
     Fin = 8,
+    /// Handshake of a data link: one encoded [`crate::interface::Points`] (fluid to coupler).
+    Points = 9,
+    /// Handshake of a data link: one encoded [`crate::interface::PointWall`] (coupler to fluid).
+    PointWall = 10,
 }
 
 /// User header of every sample, in shared memory as it stands here.

@@ -6,16 +6,20 @@
 //! |---|---|---|
 //! | [`Surface`] | solid -> coupler, once | nodes, facets, areal mass |
 //! | [`BodyMesh`] | coupler -> fluid, once | nodes, cells, facets, response mass |
+//! | [`Points`] | fluid -> coupler, once, in place of the dummy mesh | points, area of each |
+//! | [`PointWall`] | coupler -> fluid, once, in answer | response mass |
 //! | motion | solid -> coupler | displacement `[n, D]` m, velocity `[n, D]` m/s, acceleration `[n, D]` m/s2 |
-//! | motion | coupler -> fluid | for [`Response::Robin`] whether the wall gives way in this step (1) or moves as given (0); position `[n, D]` m, velocity `[n, D]` m/s; for [`Response::Prescribed`] acceleration |
-//! | load | fluid -> coupler | marker pressure `[m]` Pa, pair force `[n, D]` N |
+//! | motion | coupler -> fluid | for [`Response::Robin`] whether the wall gives way in this step (1) or moves as given (0); position `[n, D]` m, velocity `[n, D]` m/s; for [`Response::Prescribed`] acceleration; at points the structure's outward unit normal `[n, D]` |
+//! | load | fluid -> coupler | marker pressure `[m]` Pa (at points: of those with an area), pair force `[n, D]` N |
 //! | load | coupler -> solid | which acts (0 nodal force, 1 traction), nodal force `[n, D]` N, traction `[m, D]` Pa |
 
 mod contract;
 mod encoding;
+mod points;
 mod traction;
 
 pub use contract::Contract;
+pub use points::{PointWall, Points};
 pub use traction::add_traction_forces;
 
 /// Which of the two loads in a load message acts on the solid; its number is the first value of the message.
@@ -115,6 +119,17 @@ pub enum Response {
     Given = 1,
     /// As given, of a motion known beforehand; the acceleration travels too and shifts the wall pressure.
     Prescribed = 2,
+}
+
+impl Response {
+    /// Number of values of a motion message without normals; `block` is that of one value per node and axis.
+    pub(crate) fn motion_len(self, block: usize) -> usize {
+        match self {
+            Self::Robin => 1 + 2 * block,
+            Self::Given => 2 * block,
+            Self::Prescribed => 3 * block,
+        }
+    }
 }
 
 /// The fluid's side of the interface, made by the coupler: the surface of the paper's dummy mesh and the cells the

@@ -95,7 +95,7 @@ fn coupled(program: Program, text: &str, node_count: usize, folder: &Path) -> (S
     let hub = Hub::new(Duration::from_secs(20));
     let (mut launcher, thread) = launch(program, text, folder, &hub);
     let nodes = Some(node_count as u64);
-    launcher.order(&Order::Start(Start { surface_nodes: nodes, dummy_nodes: nodes }));
+    launcher.order(&Order::Start(Start { surface_nodes: nodes, fluid_nodes: nodes }));
     let (mut link, surface, first) = shake(&hub, node_count);
     assert!(matches!(launcher.answer(), Reply::Ready(_)));
     let mut motions = vec![first];

@@ -132,7 +132,7 @@ impl<'f> Bench<'f> {
 
     fn conduct(&self, mut crew: CouplerOnly) -> Result<Measured, Failure> {
         let nodes = Some(self.contract.node_count as u64);
-        crew.0.ask("coupler", &Order::Start(Start { surface_nodes: nodes, dummy_nodes: nodes }))?;
+        crew.0.ask("coupler", &Order::Start(Start { surface_nodes: nodes, fluid_nodes: nodes }))?;
         let before = crew.account()?.cpu_s;
         let mut walls = Vec::new();
         for number in 1..=STEPS {

@@ -8,7 +8,6 @@ use launcher::conduct::{Ending, Observer, cast, conduct, resume, roles};
 use launcher::processes::{Duty, Threads};
 use launcher::time_step::Moment;
 use protocol::case::{CaseFile, CheckReport, Shared};
-use protocol::control::Start;
 use protocol::failure::Failure;
 use protocol::participant::{self, Context};
 
@@ -35,7 +34,7 @@ pub fn run_watched(
     let checked = check(lock);
     let duties = roles(cast(&checked.shared)).iter().map(|role| duty(role, &checked, folder, threads));
     let mut crew = Threads::start(TIMEOUT, duties.collect())?;
-    let (shared, start) = (&checked.shared, start(&checked));
+    let (shared, start) = (&checked.shared, checked.interface());
     let ending = match from {
         Some(moment) => resume(&mut crew, shared, (start, moment), observer)?,
         None => conduct(&mut crew, shared, start, observer)?,
@@ -47,12 +46,6 @@ pub fn run_watched(
 struct Nobody;
 
 impl Observer for Nobody {}
-
-/// The interface sizes the programs have planned.
-pub fn start(checked: &Checked) -> Start {
-    let size = |name: &str| checked.figure(name).map(|count| count as u64);
-    Start { surface_nodes: size("surface_nodes"), dummy_nodes: size("dummy_nodes") }
-}
 
 /// What the launcher's check gives, without a process: every program's own check is called.
 pub fn check(case: &Path) -> Checked {

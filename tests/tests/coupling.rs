@@ -74,7 +74,7 @@ fn conduct_in_order(lock: &Path, folder: &Path, order: [usize; 3]) {
     let mut crew = Processes::start(launch, &order.map(spec)).expect("the programs start");
     struct Nobody;
     impl Observer for Nobody {}
-    let ending = conduct(&mut crew, &checked.shared, twin::start(&checked), &mut Nobody);
+    let ending = conduct(&mut crew, &checked.shared, checked.interface(), &mut Nobody);
     assert_eq!(ending.expect("the run goes through"), Ending::Completed);
     crew.finish().expect("the programs end");
     assert!(!names.root().exists());

@@ -64,7 +64,7 @@ impl<'b> Trial<'b> {
     fn start(&self) -> Result<Processes, Failure> {
         let mut crew = self.bench.start(&self.names)?;
         let nodes = Some(self.contract.node_count as u64);
-        crew.order("solid", &Order::Start(Start { surface_nodes: nodes, dummy_nodes: nodes }), Call::Now)?;
+        crew.order("solid", &Order::Start(Start { surface_nodes: nodes, fluid_nodes: nodes }), Call::Now)?;
         Ok(crew)
     }
 

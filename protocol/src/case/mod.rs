@@ -39,7 +39,7 @@ pub use key::{KeyDoc, Number, Words};
 pub use outline::{FluidOutline, SolidOutline, read_clamped};
 pub use prescribed::Prescribed;
 pub use reference::{Norm, Reference, Target};
-pub use scheme::{Replayed, Scheme, Side};
+pub use scheme::{FluidSide, Replayed, Scheme, Side};
 pub use section::Section;
 pub use shared::{Gravity, Header, Output, SECTIONS, Shared, TimeSettings, interpolate};
 pub use tree::Table;

@@ -1,5 +1,5 @@
-//! `[coupling]` as far as the launcher must know it: the scheme, as it gives the turns of a step, and which side is a
-//! recording, as it starts the others only.
+//! `[coupling]` as far as others than the coupler must know it: the scheme, as it gives the turns of a step, what the
+//! water's side is made of, and which side is a recording, as the launcher starts the others only.
 
 use serde::{Deserialize, Serialize};
 
@@ -50,6 +50,32 @@ impl Scheme {
     /// Its word in the case file.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, scheme)| *scheme == self).expect("every scheme has a name").0
+    }
+}
+
+/// What the water's side of the interface is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FluidSide {
+    /// The dummy mesh, which the coupler makes: nodes, facets and cells.
+    #[default]
+    DummyMesh,
+    /// The fluid's own points, each with a position and an area, without any mesh.
+    Points,
+}
+
+impl FluidSide {
+    /// Reads the key.
+    pub(super) fn read(case: &CaseFile) -> Self {
+        let section = case.section_or_default("coupling");
+        let word = section
+            .choice("fluid_side", &["dummy_mesh", "points"])
+            .about(
+                "The water's side of the interface. dummy_mesh: nodes, facets and cells the coupler makes (the paper's); \
+                 points: the fluid's own points, each with a position and an area; fluid-isph offers its wall particles \
+                 and a grid of points on the wet faces.",
+            )
+            .default("dummy_mesh");
+        if word == "points" { Self::Points } else { Self::DummyMesh }
     }
 }
 

@@ -5,7 +5,7 @@ use super::file::CaseFile;
 use super::gauge::Gauge;
 use super::outline::{FluidOutline, SolidOutline, read_fluid_outline, read_outline};
 use super::reference::Reference;
-use super::scheme::{Replayed, Scheme};
+use super::scheme::{FluidSide, Replayed, Scheme};
 use super::section::Section;
 
 /// `[case]`.
@@ -91,6 +91,8 @@ pub struct Shared {
     pub fluid: Option<FluidOutline>,
     /// `[coupling] scheme`; in a scene without coupling the default, which nobody asks for.
     pub scheme: Scheme,
+    /// `[coupling] fluid_side`.
+    pub fluid_side: FluidSide,
     /// `[coupling] replay`, where one side is a recording.
     pub replay: Option<Replayed>,
 }
@@ -129,8 +131,22 @@ impl Shared {
         let fluid = case.section("fluid").map(|section| read_fluid_outline(&section, dimension));
         let is_coupled = solid.is_some() && fluid.is_some();
         let scheme = if is_coupled { Scheme::read(case) } else { Scheme::default() };
+        let fluid_side = if is_coupled { FluidSide::read(case) } else { FluidSide::default() };
         let replay = if is_coupled { Replayed::read(case) } else { None };
-        Self { header, domain, gravity, time, output, gauges, references, solid, fluid, scheme, replay }
+        Self {
+            header,
+            domain,
+            gravity,
+            time,
+            output,
+            gauges,
+            references,
+            solid,
+            fluid,
+            scheme,
+            fluid_side,
+            replay,
+        }
     }
 }
 

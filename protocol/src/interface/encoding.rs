@@ -42,12 +42,7 @@ impl BodyMesh {
 
     /// Number of values of one motion message from the coupler to the fluid.
     pub fn motion_len(&self) -> usize {
-        let (flag, blocks) = match self.response {
-            Response::Robin => (1, 2),
-            Response::Given => (0, 2),
-            Response::Prescribed => (0, 3),
-        };
-        flag + blocks * self.node_count() * self.dimension
+        self.response.motion_len(self.node_count() * self.dimension)
     }
 
     /// The numbers that travel.
@@ -69,12 +64,7 @@ impl BodyMesh {
         let mut reader = Reader::new(values, peer);
         let dimension = reader.whole()?;
         let node_count = reader.whole()?;
-        let response = match reader.whole()? {
-            0 => Response::Robin,
-            1 => Response::Given,
-            2 => Response::Prescribed,
-            _ => return Err(reader.garbled("unknown response")),
-        };
+        let response = reader.response()?;
         let reference_position = reader.floats(node_count.saturating_mul(dimension))?;
         let response_mass = reader.floats(node_count)?;
         let cell_len = reader.whole()?;
@@ -104,7 +94,7 @@ impl<'a> Reader<'a> {
         Self { values, at: 0, peer }
     }
 
-    fn garbled(&self, what: &str) -> LinkError {
+    pub(super) fn garbled(&self, what: &str) -> LinkError {
         LinkError::Garbled { peer: self.peer.to_owned(), what: format!("{what} at value {}", self.at) }
     }
 
@@ -122,6 +112,15 @@ impl<'a> Reader<'a> {
             Ok(value as usize)
         } else {
             Err(self.garbled("no whole number"))
+        }
+    }
+
+    pub(super) fn response(&mut self) -> Result<Response, LinkError> {
+        match self.whole()? {
+            0 => Ok(Response::Robin),
+            1 => Ok(Response::Given),
+            2 => Ok(Response::Prescribed),
+            _ => Err(self.garbled("unknown response")),
         }
     }
 
