@@ -19,10 +19,16 @@ impl Coupled {
     /// Force and moment of both sides, once the loads of the step are known.
     pub(crate) fn sum_loads(&mut self) {
         let (dimension, acting) = (self.surface.dimension, self.load.acting());
-        let (position, reference) = (&self.motion.position, self.dummy.reference_position());
-        let fluid = Resultant::new(dimension, acting, |i| position[i], |i| reference[i]);
-        let (before, reference) = (&self.displacement_before, &self.surface.reference_position);
-        let on_solid = |load| Resultant::new(dimension, load, |i| reference[i] + before[i], |i| reference[i]);
+        // Points that turn with the wall carry a load's moment to the place the wall has, all others to any place.
+        let (reference, tied) = (&self.surface.reference_position, self.turned.as_ref());
+        let (points, nodes) = match tied {
+            Some(turned) => (&turned.points[..], &turned.solid[..]),
+            None => (self.side.reference_position(), &reference[..]),
+        };
+        let position = &self.motion.position;
+        let fluid = Resultant::new(dimension, acting, |i| position[i], |i| points[i]);
+        let before = &self.displacement_before;
+        let on_solid = |load| Resultant::new(dimension, load, |i| reference[i] + before[i], |i| nodes[i]);
         let solid = on_solid(&self.load.on_solid);
         let acted = self.other_acted().map_or(solid, on_solid);
         let other = self.load.other_total();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use protocol::case::{
-    CaseFile, CheckReport, LeftOut, PlanFigure, Scheme, Section, Shared, Side, SolidOutline,
+    CaseFile, CheckReport, FluidSide, LeftOut, PlanFigure, Scheme, Section, Shared, Side, SolidOutline,
 };
 use protocol::header::Kind;
 use serde::{Deserialize, Serialize};
@@ -103,14 +103,19 @@ impl Settings {
             .default(0.5);
         let dimension = shared.header.dimension;
         let solid_elements = shared.solid.as_ref().map(SolidOutline::interface_elements).unwrap_or_default();
-        let dummy_elements = section
-            .vector(
+        let has_mesh = shared.fluid_side == FluidSide::DummyMesh;
+        let why = "The fluid offers points: fluid_side = \"points\".";
+        let dummy_elements = read_if(&section, has_mesh, "dummy_elements", why, || {
+            section.vector(
                 "dummy_elements",
                 dimension,
                 "",
                 "Cells of the fluid's side of the interface along each axis (default: the solid's elements, twice as many where \
                  these have nodes in the middle of their edges).",
             )
+        });
+        let dummy_elements = dummy_elements
+            .flatten()
             .map_or(solid_elements, |counts| counts.iter().map(|&count| count.max(1.0) as usize).collect());
         let window = section
             .pair("ledger_window", "s", "Window of the mean load jump (default: the whole run).")
@@ -266,23 +271,14 @@ fn is_newton(method: Option<&str>) -> bool {
 pub fn check(case: &CaseFile) -> CheckReport {
     let shared = Shared::read(case);
     let settings = Settings::read(case, &shared);
-    if let Some((Err(what), _)) = open_replay(&settings) {
-        let hint = "Make one with coupling.record = true.";
-        case.section_or_default("coupling").complain("replay", what, "interface.rec of a run", hint);
-    }
+    let replay = open_replay(&settings);
+    complain_of_replay(case, &shared, replay.as_ref());
     let (mut plan, mut left_out) = (Vec::new(), Vec::new());
     if let (Some(solid), true) = (&shared.solid, case.diagnostics().is_empty()) {
-        let mesh = DummyMesh::span(solid, &settings.dummy_elements);
-        plan.push(PlanFigure::new(
-            "dummy_nodes",
-            mesh.node_count() as f64,
-            "interface nodes on the fluid's side",
-        ));
-        if let Some((Ok(recording), Side::Solid)) = open_replay(&settings) {
-            let nodes = recording.surface().node_count() as f64;
-            plan.push(PlanFigure::new("surface_nodes", nodes, "interface nodes of the recorded solid"));
+        plan.extend(interface_figures(solid, &shared, &settings));
+        if let Some((Ok(recording), side)) = &replay {
+            plan.extend(recorded_size(recording, *side));
         }
-        plan.push(PlanFigure::new("markers", mesh.facets().markers().len() as f64, "interface markers"));
         if let Some(estimate) = added_mass::estimate(&shared) {
             plan.push(PlanFigure::new(
                 "added_mass_ratio",
@@ -296,9 +292,57 @@ pub fn check(case: &CaseFile) -> CheckReport {
                            passes where the scheme is free";
             plan.push(PlanFigure::new("softness", softness, meaning));
         }
+        if shared.fluid_side == FluidSide::Points {
+            left_out.push(LeftOut::new("dummy mesh", "the fluid offers points of its own"));
+        }
         left_out.extend(not_needed(&settings, solid.model == "rigid"));
     }
     CheckReport::new("coupler", case, plan, left_out).with_state()
+}
+
+/// Sizes of the dummy mesh; points are the fluid's to count.
+fn interface_figures(solid: &SolidOutline, shared: &Shared, settings: &Settings) -> Vec<PlanFigure> {
+    if shared.fluid_side == FluidSide::Points {
+        return Vec::new();
+    }
+    let mesh = DummyMesh::span(solid, &settings.dummy_elements);
+    let (nodes, markers) = (mesh.node_count() as f64, mesh.facets().markers().len() as f64);
+    vec![
+        PlanFigure::new("dummy_nodes", nodes, "interface nodes on the fluid's side"),
+        PlanFigure::new("markers", markers, "interface markers"),
+    ]
+}
+
+/// What the program that is not started would have said.
+fn recorded_size(recording: &Recording, side: Side) -> Option<PlanFigure> {
+    match (side, recording.points()) {
+        (Side::Solid, _) => {
+            let nodes = recording.surface().node_count() as f64;
+            Some(PlanFigure::new("surface_nodes", nodes, "interface nodes of the recorded solid"))
+        }
+        (Side::Fluid, Some(points)) => {
+            Some(PlanFigure::new("interface_points", points.len() as f64, "points of the recorded fluid"))
+        }
+        (Side::Fluid, None) => None,
+    }
+}
+
+fn complain_of_replay(case: &CaseFile, shared: &Shared, replay: Option<&(Result<Recording, String>, Side)>) {
+    let section = case.section_or_default("coupling");
+    match replay {
+        Some((Err(what), _)) => {
+            let hint = "Make one with coupling.record = true.";
+            section.complain("replay", what, "interface.rec of a run", hint);
+        }
+        Some((Ok(recording), Side::Fluid)) => {
+            let recorded = if recording.points().is_some() { "points" } else { "dummy_mesh" };
+            if (recorded == "points") != (shared.fluid_side == FluidSide::Points) {
+                let what = format!("the recorded fluid had its side as {recorded}");
+                section.complain("fluid_side", what, recorded, "");
+            }
+        }
+        _ => (),
+    }
 }
 
 /// The recording in the place of one side, or what is wrong with it.

@@ -11,9 +11,10 @@ use protocol::link::{Link, Transport};
 use protocol::participant::Context;
 use protocol::phases::PhaseClock;
 
-use crate::case::{OnGuard, Settings};
-use crate::dummy_mesh::DummyMesh;
+use crate::case::{LoadForm, OnGuard, Settings};
 use crate::escalation::Escalation;
+use crate::exchange::{refused, send_first_word};
+use crate::fluid_side::FluidSide;
 use crate::guard::{self, LoadJump};
 use crate::handshake::Handshake;
 use crate::ledger::{Ledger, LoadSums};
@@ -23,13 +24,16 @@ use crate::motion::{FluidMotion, SolidMotion};
 use crate::participant::NAME;
 use crate::passes::Passes;
 use crate::record::{Recorder, Replay};
+use crate::turned::Turned;
 
 /// Everything the coupler holds between two steps.
 pub(crate) struct Coupled {
     pub(crate) settings: Settings,
     pub(crate) surface: Surface,
-    pub(crate) dummy: DummyMesh,
+    pub(crate) side: FluidSide,
     pub(crate) mapping: Mapping,
+    /// Where points of the fluid's side turn with the structure.
+    pub(crate) turned: Option<Turned>,
     /// The fluid's side of the motion.
     pub(crate) motion: FluidMotion,
     /// The solid's side of the motion, and its displacement one step before.
@@ -74,16 +78,24 @@ impl Coupled {
         let mut handshake = Handshake::new(shared, settings, context, start, transport)?;
         let (solid_link, surface, solid) = handshake.with_solid()?;
         let outline = handshake.outline;
-        let dummy = DummyMesh::span(outline, &settings.dummy_elements);
-        let mapping = Mapping::new(settings.mapping, dummy.reference_position(), &surface)
-            .map_err(|error| Failure::new(FailureClass::Case, NAME, "mapping", error.to_string()))?;
+        let (mut fluid_link, side) = handshake.with_fluid(&settings.dummy_elements)?;
+        let refuse = |what: String| Failure::new(FailureClass::Case, NAME, "mapping", what);
+        let mut mapping = Mapping::new(settings.mapping, side.reference_position(), &surface)
+            .map_err(|error| refuse(error.to_string()))?;
+        let mut load = Load::new(settings.load, &side, &surface);
+        if load.marker_count() == 0 && settings.load == LoadForm::Markers {
+            return Err(refuse("load = \"markers\", but none of the fluid's points has an area".to_owned()));
+        }
+        let mut turned = Turned::new(&side, &mapping, &surface);
+        if let Some(turned) = &mut turned {
+            turned.follow(&solid.displacement, (&side, &surface), &mut mapping, &mut load);
+        }
         let first = first_scheme(settings, shared.scheme);
-        let motion = first_motion((first, settings), outline, (&dummy, &mapping), &solid);
-        let mesh = dummy.body_mesh(response_mass(settings, &surface, &mapping), motion.response());
-        let fluid_link = handshake.with_fluid(&mesh)?;
+        let motion = first_motion((first, settings), outline, (&side, &mapping), &solid);
+        let word = side.first_word(response_mass(settings, &surface, &mapping), motion.response());
+        send_first_word(&mut *fluid_link, &word).map_err(refused("handshake"))?;
         let (is_rigid, replay) = (outline.model == "rigid", handshake.into_replay());
         let dimension = shared.header.dimension;
-        let load = Load::new(settings.load, &dummy, &surface);
         let hydrostatic = hydrostatic_load(shared, load.place.total_area());
         Ok(Self {
             scheme: first,
@@ -102,17 +114,18 @@ impl Coupled {
             displacement_before: solid.displacement.clone(),
             recorder: settings
                 .record
-                .then(|| begin_record(context, AT_START, &surface, &solid))
+                .then(|| begin_record(context, AT_START, (&surface, &side), &solid))
                 .transpose()?,
             replay,
             surface,
-            dummy,
+            side,
             mapping,
+            turned,
             motion,
             solid,
             fluid_link,
             solid_link,
-            motion_len: mesh.motion_len(),
+            motion_len: word.motion_len(),
         })
     }
 
@@ -218,22 +231,25 @@ impl Coupled {
     }
 
     pub(crate) fn node_count(&self) -> usize {
-        self.dummy.node_count()
+        self.side.node_count()
     }
 }
 
 /// Before the first step.
 const AT_START: StepTime = StepTime { step: 0, time: 0.0, dt: 0.0 };
 
-/// A recording with the surface and the motion at its start.
+/// A recording with the surface, the fluid's points if it offers any, and the motion at its start.
 pub(crate) fn begin_record(
     context: &Context,
     at: StepTime,
-    surface: &Surface,
+    (surface, side): (&Surface, &FluidSide),
     solid: &SolidMotion,
 ) -> Result<Recorder, Failure> {
     let mut recorder = Recorder::create(&context.folder)?;
     recorder.write(Kind::Surface, at, &[&surface.encode()])?;
+    if let FluidSide::Points(points) = side {
+        recorder.write(Kind::Points, at, &[&points.encode()])?;
+    }
     recorder.write(Kind::Motion, at, &solid.columns())?;
     Ok(recorder)
 }
@@ -248,13 +264,14 @@ fn first_scheme(settings: &Settings, written: Scheme) -> Scheme {
 fn first_motion(
     rule: (Scheme, &Settings),
     outline: &SolidOutline,
-    (dummy, mapping): (&DummyMesh, &Mapping),
+    (side, mapping): (&FluidSide, &Mapping),
     solid: &SolidMotion,
 ) -> FluidMotion {
-    let mut initial = vec![0.0; dummy.reference_position().len()];
-    mapping.spread_motion(&solid.displacement, &mut initial);
+    let reference = side.reference_position();
+    let mut position = vec![0.0; reference.len()];
+    mapping.place(reference, &solid.displacement, &mut position);
     let body = (outline.model == "rigid", outline.prescribed);
-    FluidMotion::new(rule, body, dummy.reference_position(), &initial)
+    FluidMotion::new(rule, body, reference, position)
 }
 
 /// m_r at the fluid's nodes, `[n]` kg/m2.

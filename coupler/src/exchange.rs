@@ -4,10 +4,12 @@ use protocol::case::Scheme;
 use protocol::control::{StepReport, StepTime};
 use protocol::failure::Failure;
 use protocol::header::{Header, Kind};
-use protocol::interface::{ActingLoad, BodyMesh, Surface};
+use protocol::interface::{ActingLoad, Contract, Points, Surface};
 use protocol::link::{Expect, Link, LinkError};
 
 use crate::coupled::Coupled;
+use crate::fluid_side::FirstWord;
+use crate::load::Place;
 use crate::motion::SolidMotion;
 use crate::participant::NAME;
 
@@ -21,12 +23,21 @@ fn lost(at: StepTime, phase: &'static str) -> impl Fn(LinkError) -> Failure {
 
 impl Coupled {
     pub(crate) fn predict_motion(&mut self, at: StepTime) {
+        self.turn();
         match &mut self.passes {
             Some(passes) if self.scheme == Scheme::Strong => {
                 passes.begin(at.dt, &self.solid);
                 self.motion.follow(at.dt, (&passes.start, &passes.guess), &self.mapping);
             }
             _ => self.motion.predict(at.dt, &self.solid, &self.mapping),
+        }
+    }
+
+    /// Points off the structure's surface, and its normals, go where it is.
+    pub(crate) fn turn(&mut self) {
+        let Self { turned, motion, solid, side, surface, mapping, load, .. } = self;
+        if let Some(turned) = turned.as_mut().filter(|_| motion.is_moving()) {
+            turned.follow(&solid.displacement, (side, surface), mapping, load);
         }
     }
 
@@ -45,8 +56,12 @@ impl Coupled {
 
     pub(crate) fn send_motion(&mut self, at: StepTime) -> Result<(), Failure> {
         let header = Header::new(Kind::Motion, at.step, at.time, at.dt);
-        let motion = &self.motion;
-        let sent = self.fluid_link.send(header, self.motion_len, &mut |out| motion.write(out));
+        let (motion, normals) = (&self.motion, self.load.place.normals());
+        let sent = self.fluid_link.send(header, self.motion_len, &mut |out| {
+            let (columns, normal) = out.split_at_mut(out.len() - normals.len());
+            motion.write(columns);
+            normal.copy_from_slice(normals);
+        });
         sent.map_err(lost(at, "send_motion"))
     }
 
@@ -63,12 +78,14 @@ impl Coupled {
 
     /// The markers go along with the wall.
     pub(crate) fn place_markers(&mut self) {
-        self.load.place.follow(&self.motion.position);
+        if let Place::DummyMesh(place) = &mut self.load.place {
+            place.follow(&self.motion.position);
+        }
     }
 
     /// Marker pressures become tractions, and where these act nodal forces, on the fluid's side in its current place.
     pub(crate) fn make_traction(&mut self) {
-        self.load.make_traction(&self.dummy, &self.motion.position);
+        self.load.make_traction(&self.side, &self.motion.position);
     }
 
     /// The acting load goes to the solid's nodes by the transpose of the mapping; the tractions go along.
@@ -128,8 +145,24 @@ pub(crate) fn receive_solid(
     })
 }
 
-pub(crate) fn send_body_mesh(link: &mut dyn Link<f64>, mesh: &BodyMesh) -> Result<(), LinkError> {
-    let values = mesh.encode();
-    let header = Header::new(Kind::BodyMesh, 0, 0.0, 0.0);
-    link.send(header, values.len(), &mut |out| out.copy_from_slice(&values))
+pub(crate) fn receive_points(link: &mut dyn Link<f64>, contract: &Contract) -> Result<Points, LinkError> {
+    let peer = link.peer().to_owned();
+    let mut points = None;
+    let expect = Expect { kind: Kind::Points, step: 0, count: None };
+    link.receive(expect, &mut |_, values| points = Some(Points::decode(values, &peer)))?;
+    let points = points.expect("a message that was received was read")?;
+    let (found, expected) = ((points.dimension, points.len()), (contract.dimension, contract.node_count));
+    if found == expected {
+        return Ok(points);
+    }
+    let what = format!("{} points in {}-D, expected {} in {}-D", found.1, found.0, expected.1, expected.0);
+    Err(LinkError::Garbled { peer, what })
+}
+
+pub(crate) fn send_first_word(link: &mut dyn Link<f64>, word: &FirstWord) -> Result<(), LinkError> {
+    let (kind, values) = match word {
+        FirstWord::DummyMesh(mesh) => (Kind::BodyMesh, mesh.encode()),
+        FirstWord::Points(wall, _) => (Kind::PointWall, wall.encode()),
+    };
+    link.send(Header::new(kind, 0, 0.0, 0.0), values.len(), &mut |out| out.copy_from_slice(&values))
 }

@@ -1,14 +1,16 @@
 //! The start of a run: both data links are opened, or taken from a recording, and each side is told about the other.
 
-use protocol::case::{Shared, Side, SolidOutline};
+use protocol::case::{FluidSide as Kind, Shared, Side, SolidOutline};
 use protocol::control::Start;
 use protocol::failure::{Failure, FailureClass};
-use protocol::interface::{BodyMesh, Contract, Surface};
+use protocol::interface::{Contract, Response, Surface};
 use protocol::link::{Link, Transport, agree};
 use protocol::participant::Context;
 
 use crate::case::{Settings, open_replay};
-use crate::exchange::{receive_solid, receive_surface, refused, send_body_mesh};
+use crate::dummy_mesh::DummyMesh;
+use crate::exchange::{receive_points, receive_solid, receive_surface, refused};
+use crate::fluid_side::FluidSide;
 use crate::motion::SolidMotion;
 use crate::participant::NAME;
 use crate::record::{Replay, unusable};
@@ -56,13 +58,30 @@ impl<'a> Handshake<'a> {
         Ok((link, surface, solid))
     }
 
-    /// The fluid's link; the fluid has got its side of the interface.
-    pub(crate) fn with_fluid(&mut self, mesh: &BodyMesh) -> Result<Box<dyn Link<f64>>, Failure> {
-        let capacity = mesh.encode().len().max(mesh.motion_len());
-        let mut link = self.connect(Side::Fluid, capacity)?;
-        agree(&mut *link, &self.contract(self.start.fluid_nodes)?).map_err(refused("handshake"))?;
-        send_body_mesh(&mut *link, mesh).map_err(refused("handshake"))?;
-        Ok(link)
+    /// The fluid's link and its side of the interface: the dummy mesh, or the points it offers.
+    pub(crate) fn with_fluid(
+        &mut self,
+        elements: &[usize],
+    ) -> Result<(Box<dyn Link<f64>>, FluidSide), Failure> {
+        let contract = self.contract(self.start.fluid_nodes)?;
+        let block = contract.node_count * contract.dimension;
+        let (mesh, first_word) = match self.shared.fluid_side {
+            Kind::Points => (None, 2 + contract.node_count),
+            Kind::DummyMesh => {
+                let mesh = DummyMesh::span(self.outline, elements);
+                let unknown = vec![0.0; mesh.node_count()];
+                let first_word = mesh.body_mesh(unknown, Response::Given).encode().len();
+                (Some(mesh), first_word)
+            }
+        };
+        // A flag, and at most position, velocity, acceleration and normal.
+        let mut link = self.connect(Side::Fluid, first_word.max(1 + 4 * block))?;
+        agree(&mut *link, &contract).map_err(refused("handshake"))?;
+        let side = match mesh {
+            Some(mesh) => FluidSide::DummyMesh(mesh),
+            None => FluidSide::Points(receive_points(&mut *link, &contract).map_err(refused("handshake"))?),
+        };
+        Ok((link, side))
     }
 
     /// The recording that goes on in the place of one side.

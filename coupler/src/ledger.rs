@@ -202,7 +202,7 @@ fn imbalances(loads: &LoadSums, works: &WorkSums, size: f64) -> [f64; 3] {
     let scale: f64 = there.absolute.iter().sum();
     [
         relative(largest(there.force, here.force), scale),
-        relative(largest(there.reference_moment, here.reference_moment), scale * size),
+        relative(largest(there.tied_moment, here.tied_moment), scale * size),
         relative((works.carried - works.mapped).abs(), scale * works.greatest_motion),
     ]
 }

@@ -3,8 +3,8 @@
 //!
 //! One coupling step is `step.rs`: one screen, one line a phase.
 //!
-//! Data layout: flat arrays, node after node, `D` components each; the fluid's side is the [`dummy_mesh::DummyMesh`],
-//! the solid's side its [`protocol::interface::Surface`]. In 2-D all forces are per metre of depth.
+//! Data layout: flat arrays, node after node, `D` components each; the fluid's side is a
+//! [`fluid_side::FluidSide`], the solid's side its [`protocol::interface::Surface`]. In 2-D all forces are per metre of depth.
 //!
 //! Deliberately absent: any particle and any element.
 
@@ -16,6 +16,7 @@ mod coupled;
 pub mod dummy_mesh;
 pub mod escalation;
 mod exchange;
+pub mod fluid_side;
 pub mod guard;
 mod handshake;
 pub mod ledger;
@@ -26,7 +27,9 @@ pub mod motion;
 mod parallel;
 pub mod participant;
 pub mod passes;
+mod point_place;
 pub mod record;
 mod restart;
 pub mod resultant;
 mod step;
+mod turned;

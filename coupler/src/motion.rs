@@ -107,14 +107,13 @@ pub struct FluidMotion {
 
 impl FluidMotion {
     /// Chooses the rule from the scheme of the first step, the settings and (rigid, prescribed): a rigid body has no coupling scheme, it stands still
-    /// or follows its prescribed motion. Positions and initial displacements `[n, D]` m.
+    /// or follows its prescribed motion. Places at the unloaded body and at the start, `[n, D]` m.
     pub fn new(
         (scheme, settings): (Scheme, &Settings),
         (rigid, prescribed): (bool, bool),
         reference: &[f64],
-        initial: &[f64],
+        position: Vec<f64>,
     ) -> Self {
-        let position: Vec<f64> = reference.iter().zip(initial).map(|(x, u)| x + u).collect();
         let rule = match scheme {
             _ if prescribed => Rule::Prescribed,
             _ if rigid => Rule::Fixed,
@@ -169,7 +168,7 @@ impl FluidMotion {
             Some(kept) => DisplacementPredictor { order, ..kept },
             None => {
                 let (reference, displacement) = (&self.reference, &solid.displacement);
-                mapping.spread_onto(|i| reference[i], |i| displacement[i], &mut self.position);
+                mapping.place(reference, displacement, &mut self.position);
                 DisplacementPredictor::new(order, &self.position)
             }
         };
@@ -190,12 +189,12 @@ impl FluidMotion {
         };
         let SolidMotion { displacement: u, velocity: v, acceleration: a } = solid;
         let reference = &self.reference;
-        mapping.spread_onto(|i| reference[i], |i| u[i], &mut self.position);
+        mapping.place(reference, u, &mut self.position);
         if let Rule::Predicted(predictor) = &mut self.rule {
             mapping.spread_motion(v, &mut self.velocity);
             predictor.predict(dt, &mut self.position, &mut self.velocity);
         } else {
-            mapping.spread_onto(|_| 0.0, |i| v[i] + share * a[i], &mut self.velocity);
+            mapping.spread(|i| v[i] + share * a[i], &mut self.velocity);
         }
         if self.response == Response::Prescribed {
             mapping.spread_motion(a, &mut self.acceleration);
@@ -205,8 +204,8 @@ impl FluidMotion {
     /// Moves evenly from one displacement of the solid's nodes to another, `[n, D]` m, over the coming step.
     pub fn follow(&mut self, dt: f64, (start, end): (&[f64], &[f64]), mapping: &Mapping) {
         let reference = &self.reference;
-        mapping.spread_onto(|i| reference[i], |i| start[i], &mut self.position);
-        mapping.spread_onto(|_| 0.0, |i| (end[i] - start[i]) / dt, &mut self.velocity);
+        mapping.place(reference, start, &mut self.position);
+        mapping.spread(|i| (end[i] - start[i]) / dt, &mut self.velocity);
     }
 
     /// A motion message to the fluid.

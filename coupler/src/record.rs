@@ -1,8 +1,8 @@
 //! The stream over the interface as a file, and a file in the place of one of the two sides.
 //!
 //! A recording is a line of text and then messages, one after the other, as little-endian words: kind, step, time s,
-//! length of the step s, number of values, values. First the solid's surface and its motion at the start, then for every
-//! step that stands the fluid's load and the solid's motion.
+//! length of the step s, number of values, values. First the solid's surface, the fluid's points where it offers some, and
+//! the solid's motion at the start, then for every step that stands the fluid's load and the solid's motion.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -13,7 +13,7 @@ use std::rc::Rc;
 use protocol::control::StepTime;
 use protocol::failure::{Failure, FailureClass};
 use protocol::header::{Header, Kind};
-use protocol::interface::Surface;
+use protocol::interface::{Points, Surface};
 use protocol::link::{Expect, Link, LinkError};
 use protocol::series::unwritable;
 
@@ -71,6 +71,9 @@ impl Recorder {
     }
 }
 
+/// Kind, step, time, length of the step, number of values.
+type Head = [[u8; 8]; 5];
+
 /// One message of a recording.
 #[derive(Debug, Clone, Default)]
 struct Frame {
@@ -85,6 +88,7 @@ pub struct Recording {
     file: BufReader<File>,
     kind: Kind,
     surface: Surface,
+    points: Option<Points>,
     before: Frame,
     after: Frame,
 }
@@ -103,13 +107,15 @@ impl Recording {
             return Err(say("is no recording of an interface"));
         }
         let (before, after) = (Frame::default(), Frame::default());
-        let mut recording = Self { file, kind: Kind::Surface, surface: Surface::default(), before, after };
+        let (surface, points) = (Surface::default(), None);
+        let mut recording = Self { file, kind: Kind::Surface, surface, points, before, after };
         let mut mesh = Frame::default();
         let surface = recording.next(&mut mesh).then(|| Surface::decode(&mesh.values, "recording"));
         recording.surface = match surface {
             Some(Ok(surface)) => surface,
             _ => return Err(say("has no surface")),
         };
+        recording.points = recording.take_points().map_err(|error| say(&error.to_string()))?;
         recording.kind = kind;
         let mut first = Frame::default();
         if !recording.next(&mut first) {
@@ -125,13 +131,33 @@ impl Recording {
         &self.surface
     }
 
+    /// The fluid's points, where it has offered some.
+    pub fn points(&self) -> Option<&Points> {
+        self.points.as_ref()
+    }
+
+    /// Takes the points if they are the next message.
+    fn take_points(&mut self) -> Result<Option<Points>, LinkError> {
+        let Some(words) = self.head() else { return Ok(None) };
+        let back = self.file.seek_relative(-(size_of::<Head>() as i64));
+        let mut frame = Frame::default();
+        self.kind = Kind::Points;
+        if u64::from_le_bytes(words[0]) != Kind::Points as u64 || back.is_err() || !self.next(&mut frame) {
+            return Ok(None);
+        }
+        Points::decode(&frame.values, "recording").map(Some)
+    }
+
+    /// The five words before the values of a message.
+    fn head(&mut self) -> Option<Head> {
+        let mut words = Head::default();
+        words.iter_mut().all(|word| self.file.read_exact(word).is_ok()).then_some(words)
+    }
+
     /// Reads the next message of the kind wanted; false at the end.
     fn next(&mut self, frame: &mut Frame) -> bool {
         loop {
-            let mut words = [[0; 8]; 5];
-            if words.iter_mut().any(|word| self.file.read_exact(word).is_err()) {
-                return false;
-            }
+            let Some(words) = self.head() else { return false };
             let count = u64::from_le_bytes(words[4]);
             if u64::from_le_bytes(words[0]) != self.kind as u64 {
                 let bytes = i64::try_from(count.saturating_mul(8)).unwrap_or(i64::MAX);
@@ -249,6 +275,7 @@ impl Link<f64> for ReplayLink {
         match expect.kind {
             Kind::Contract => self.values.clone_from(&self.contract),
             Kind::Surface => self.values = recording.surface.encode(),
+            Kind::Points => self.values = recording.points().map(Points::encode).unwrap_or_default(),
             _ => recording.at(self.time, &mut self.values),
         }
         let (expected, found) = (expect.count.unwrap_or(self.values.len()), self.values.len());
@@ -273,10 +300,13 @@ mod tests {
         StepTime { step, time, dt }
     }
 
-    fn recorded(folder: &Path) -> PathBuf {
+    fn recorded(folder: &Path, points: Option<&Points>) -> PathBuf {
         let surface = Surface { dimension: 2, ..Surface::default() };
         let mut recorder = Recorder::create(folder).unwrap();
         recorder.write(Kind::Surface, at(0, 0.0, 0.0), &[&surface.encode()]).unwrap();
+        if let Some(points) = points {
+            recorder.write(Kind::Points, at(0, 0.0, 0.0), &[&points.encode()]).unwrap();
+        }
         recorder.write(Kind::Motion, at(0, 0.0, 0.0), &[&[0.0]]).unwrap();
         for (step, time, dt) in [(1, 0.25, 0.25), (2, 0.75, 0.5)] {
             recorder.write(Kind::Load, at(step, time, dt), &[&[10.0 * time], &[1.0]]).unwrap();
@@ -289,9 +319,9 @@ mod tests {
     #[test]
     fn what_was_recorded_comes_back_at_its_instants_and_between_them() {
         let folder = tempfile::tempdir().unwrap();
-        let path = recorded(folder.path());
+        let path = recorded(folder.path(), None);
         let mut motion = Recording::open(&path, Kind::Motion).unwrap();
-        assert_eq!(motion.surface().dimension, 2);
+        assert_eq!((motion.surface().dimension, motion.points()), (2, None));
         assert_eq!(motion.admitted_dt(0.0), 0.25);
         let mut values = Vec::new();
         for (time, expected) in
@@ -304,6 +334,18 @@ mod tests {
         let mut load = Recording::open(&path, Kind::Load).unwrap();
         load.at(0.25, &mut values);
         assert_eq!((values, load.admitted_dt(0.25)), (vec![2.5, 1.0], 0.5));
+    }
+
+    #[test]
+    fn points_come_back_beside_loads_and_motions() {
+        let folder = tempfile::tempdir().unwrap();
+        let points = Points { dimension: 2, reference_position: vec![0.5, 0.25], area: vec![0.125] };
+        let path = recorded(folder.path(), Some(&points));
+        for kind in [Kind::Motion, Kind::Load] {
+            let mut recording = Recording::open(&path, kind).unwrap();
+            assert_eq!(recording.points(), Some(&points));
+            assert_eq!(recording.admitted_dt(0.25), 0.5);
+        }
     }
 
     #[test]

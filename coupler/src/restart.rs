@@ -39,7 +39,7 @@ impl Coupled {
     fn stamp(&self, at: StepTime) -> Stamp {
         let sizes = [
             ("dimension", self.surface.dimension),
-            ("dummy_nodes", self.node_count()),
+            (self.side.count_name(), self.node_count()),
             ("markers", self.marker_count()),
             ("interface_nodes", self.surface.node_count()),
         ];
@@ -74,6 +74,7 @@ impl Coupled {
         if let (Some(passes), Some(kept)) = (&mut self.passes, whole.passes) {
             passes.take_up(kept);
         }
+        self.turn();
         self.motion.begin_at(&self.solid, &self.mapping, whole.predictor);
         let is_same = whole.wishes == (self.settings.scheme, self.settings.on_guard);
         if is_same {
@@ -86,7 +87,7 @@ impl Coupled {
             self.jump.forget();
         }
         if self.recorder.is_some() {
-            self.recorder = Some(begin_record(context, at, &self.surface, &self.solid)?);
+            self.recorder = Some(begin_record(context, at, (&self.surface, &self.side), &self.solid)?);
         }
         let admitted_dt = self.admitted_dt(at.time);
         let next_scheme = is_same.then_some(self.scheme).filter(|_| self.escalation.is_some());

@@ -11,32 +11,32 @@ pub struct Resultant {
     pub force: [f64; 3],
     /// About the origin, N m.
     pub moment: [f64; 3],
-    /// The same with the nodes where they are in the unloaded body, N m.
-    pub reference_moment: [f64; 3],
+    /// The same with the nodes where the mapping ties them: in the unloaded body, or in the place it has been turned to, N m.
+    pub tied_moment: [f64; 3],
     /// Sum of the absolute values, axis by axis, N: what round-off is measured by.
     pub absolute: [f64; 3],
 }
 
 impl Resultant {
-    /// Of nodal forces, `[n, D]` N, at nodes whose place, present and in the unloaded body, is a function of the flat number
-    /// of the component, m.
+    /// Of nodal forces, `[n, D]` N, at nodes whose place, present and as the mapping ties them, is a function of the flat
+    /// number of the component, m.
     pub fn new(
         dimension: usize,
         force: &[f64],
         position: impl Fn(usize) -> f64 + Sync,
-        reference: impl Fn(usize) -> f64 + Sync,
+        tied: impl Fn(usize) -> f64 + Sync,
     ) -> Self {
         if dimension == 2 {
-            Self::of::<2>(force, position, reference)
+            Self::of::<2>(force, position, tied)
         } else {
-            Self::of::<3>(force, position, reference)
+            Self::of::<3>(force, position, tied)
         }
     }
 
     fn of<const D: usize>(
         force: &[f64],
         position: impl Fn(usize) -> f64 + Sync,
-        reference: impl Fn(usize) -> f64 + Sync,
+        tied: impl Fn(usize) -> f64 + Sync,
     ) -> Self {
         let forces = force.as_chunks::<D>().0;
         parallel::sum(0..forces.len(), &|nodes| {
@@ -44,8 +44,8 @@ impl Resultant {
             for node in nodes {
                 let force = padded(|axis| forces[node][axis], D);
                 let moment = cross(padded(|axis| position(node * D + axis), D), force);
-                let reference_moment = cross(padded(|axis| reference(node * D + axis), D), force);
-                sum = sum + Self { force, moment, reference_moment, absolute: force.map(f64::abs) };
+                let tied_moment = cross(padded(|axis| tied(node * D + axis), D), force);
+                sum = sum + Self { force, moment, tied_moment, absolute: force.map(f64::abs) };
             }
             sum
         })
@@ -59,7 +59,7 @@ impl Add for Resultant {
         Self {
             force: add(self.force, other.force),
             moment: add(self.moment, other.moment),
-            reference_moment: add(self.reference_moment, other.reference_moment),
+            tied_moment: add(self.tied_moment, other.tied_moment),
             absolute: add(self.absolute, other.absolute),
         }
     }

@@ -98,8 +98,9 @@ impl Rig {
         };
         let mapping = Mapping::new(settings.mapping, mesh.reference_position(), &surface).unwrap();
         let still = vec![0.0; 2 * mesh.node_count()];
-        let motion =
-            FluidMotion::new((settings.scheme, &settings), (false, false), mesh.reference_position(), &still);
+        let unloaded = mesh.reference_position();
+        let (scheme, start) = ((settings.scheme, &settings), unloaded.to_vec());
+        let motion = FluidMotion::new(scheme, (false, false), unloaded, start);
         let response_mass = vec![settings.robin_factor * areal_mass; mesh.node_count()];
         let body = mesh.body_mesh(response_mass, motion.response());
         let tank =

@@ -1,8 +1,8 @@
 //! Ties the fluid's side of the interface to the solid's surface: u_f = H u_s for motion, f_s = H' f_f for loads, with
 //! the same H, so that force and work are kept to round-off.
 //!
-//! The fluid's side is a set of points: the nodes of the dummy mesh, or any other. Points off the solid's surface hang
-//! on it by a couple (`couple.rs`), so that the moment is kept as well.
+//! The fluid's side is a set of points: the nodes of the dummy mesh, or those the fluid offers. Points off the solid's
+//! surface hang on it by a couple (`couple.rs`), so that the moment is kept as well.
 
 mod couple;
 mod identity;
@@ -13,7 +13,7 @@ mod sparse;
 
 use protocol::interface::Surface;
 
-pub use projection::marker_rows;
+pub use projection::{feet, marker_rows};
 pub use sparse::Sparse;
 
 use crate::case::MappingKind;
@@ -81,20 +81,33 @@ impl Mapping {
         Ok(Self { dimension: surface.dimension, rows, transposed, couples })
     }
 
-    /// Motion to the fluid's side: `target = H source`, both `[n, D]`.
-    pub fn spread_motion(&self, source: &[f64], target: &mut [f64]) {
-        self.spread_onto(|_| 0.0, |component| source[component], target);
+    /// Whether points hang off the solid's surface: H then depends on how far that has turned.
+    pub fn turns(&self) -> bool {
+        !self.couples.is_empty()
     }
 
-    /// `target = base + H source`, all `[n, D]`; base and source as functions of the flat number of the component.
-    pub fn spread_onto(
-        &self,
-        base: impl Fn(usize) -> f64 + Sync,
-        source: impl Fn(usize) -> f64 + Sync,
-        target: &mut [f64],
-    ) {
+    /// Turns the points off the surface with it to where the solid's nodes are now, `[n, D]` m.
+    pub fn turn(&mut self, position: &[f64]) {
         let dimension = self.dimension;
-        self.rows.spread(dimension, base, &source, target);
+        self.couples.iter_mut().for_each(|couple| couple.turn(dimension, position));
+    }
+
+    /// Where the points are, `[n, D]` m, from their places at the unloaded body and the displacement of the solid's nodes, to
+    /// which the points off the surface must have been turned.
+    pub fn place(&self, reference: &[f64], displacement: &[f64], target: &mut [f64]) {
+        self.rows.spread(self.dimension, |i| reference[i], |i| displacement[i], target);
+        self.couples.iter().for_each(|couple| couple.add_turn(self.dimension, target));
+    }
+
+    /// Motion to the fluid's side: `target = H source`, both `[n, D]`.
+    pub fn spread_motion(&self, source: &[f64], target: &mut [f64]) {
+        self.spread(|component| source[component], target);
+    }
+
+    /// The same of a source that is a function of the flat number of the component.
+    pub fn spread(&self, source: impl Fn(usize) -> f64 + Sync, target: &mut [f64]) {
+        let dimension = self.dimension;
+        self.rows.spread(dimension, |_| 0.0, &source, target);
         self.couples.iter().for_each(|couple| couple.add_motion(dimension, &source, target));
     }
 

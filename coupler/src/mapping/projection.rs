@@ -2,10 +2,12 @@
 //! facet's own shape functions (linear on segments and triangles, bilinear on quadrilaterals); points off the surface
 //! turn with it.
 
+use std::collections::BTreeMap;
+
 use protocol::interface::{Facets, InterfaceMarker, Surface};
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-use super::couple::Couple;
+use super::couple::{Corner, Couple};
 use super::{MappingError, Rows, Sparse};
 use crate::dummy_mesh::DummyMesh;
 
@@ -20,6 +22,8 @@ struct Target<'a> {
 
 /// One facet in the tree.
 struct Shape {
+    /// Number of the facet.
+    facet: usize,
     face: usize,
     nodes: Vec<usize>,
     corners: Vec<Point>,
@@ -51,19 +55,33 @@ pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Coupl
     let dimension = surface.dimension;
     let target = Target::new(dimension, &surface.reference_position, &surface.facets);
     let size = surface.reference_position.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-    let (mut rows, mut couples) = (Rows::new(), Vec::new());
-    for (node, point) in points.chunks_exact(dimension).enumerate() {
-        let row = project(point, &target, None);
-        let corners: Vec<_> = row.iter().map(|&(solid, _)| (solid, target.node(solid))).collect();
-        let places: Vec<Point> = corners.iter().map(|corner| corner.1).collect();
-        let weights: Vec<f64> = row.iter().map(|entry| entry.1).collect();
-        let offset = minus(&padded(point), &combine(&places, &weights));
+    let mut rows = Rows::new();
+    // The points off the surface, facet by facet.
+    let mut hanging: BTreeMap<usize, Vec<(usize, Point)>> = BTreeMap::new();
+    for (number, point) in points.chunks_exact(dimension).enumerate() {
+        let (shape, weights) = target.nearest(point, None).expect("there is a facet");
+        let offset = minus(&padded(point), &combine(&shape.corners, &weights));
         if dot(&offset, &offset).sqrt() > ON_SURFACE * size {
-            couples.extend(Couple::new(node, offset, &corners));
+            hanging.entry(shape.facet).or_default().push((number, offset));
         }
-        rows.push(row);
+        rows.push(shape.nodes.iter().copied().zip(weights).collect());
     }
+    let couple = |(&facet, points): (&usize, &Vec<_>)| {
+        let corners: Vec<Corner> =
+            surface.facets.facet(facet).iter().map(|&node| (node, target.node(node))).collect();
+        Couple::new(&corners, points)
+    };
+    let couples = hanging.iter().filter_map(couple).collect();
     Ok((rows, couples))
+}
+
+/// For every point the solid's markers at its foot, on the face under it, with weights.
+pub fn feet(points: &[f64], surface: &Surface) -> Vec<Vec<(usize, f64)>> {
+    let dimension = surface.dimension;
+    let target = Target::new(dimension, &surface.reference_position, &surface.facets);
+    let markers = surface.facets.markers();
+    let foot = |point: &[f64]| target.nearest(point, None).map_or(Vec::new(), |at| at_markers(&markers, at));
+    points.chunks_exact(dimension).map(foot).collect()
 }
 
 /// For every marker of the solid the markers of the fluid's side, on the same face, that give its traction, with weights.
@@ -73,14 +91,18 @@ pub fn marker_rows(dummy: &DummyMesh, surface: &Surface) -> Sparse {
     let markers = dummy.facets().markers();
     let row = |marker: InterfaceMarker| {
         let point = &surface.reference_position[marker.node * dimension..][..dimension];
-        let nodes = project(point, &target, Some(marker.face)).into_iter();
-        let entry = |(node, weight)| {
-            let found = markers.binary_search(&InterfaceMarker { face: marker.face, node });
-            (found.expect("every facet node has a marker of its face"), weight)
-        };
-        nodes.map(entry).collect()
+        target.nearest(point, Some(marker.face)).map_or(Vec::new(), |at| at_markers(&markers, at))
     };
     Sparse::pack(surface.facets.markers().into_iter().map(row).collect())
+}
+
+/// The markers at the corners of a facet, with the weights of these.
+fn at_markers(markers: &[InterfaceMarker], (shape, weights): (&Shape, Vec<f64>)) -> Vec<(usize, f64)> {
+    let marker = |&node: &usize| {
+        let found = markers.binary_search(&InterfaceMarker { face: shape.face, node });
+        found.expect("every facet node has a marker of its face")
+    };
+    shape.nodes.iter().map(marker).zip(weights).collect()
 }
 
 impl<'a> Target<'a> {
@@ -89,7 +111,7 @@ impl<'a> Target<'a> {
         let shape = |facet: usize| {
             let nodes = facets.facet(facet).to_vec();
             let corners = nodes.iter().map(|&node| target.node(node)).collect();
-            Shape { face: facets.face[facet], nodes, corners }
+            Shape { facet, face: facets.face[facet], nodes, corners }
         };
         target.tree = RTree::bulk_load((0..facets.len()).map(shape).collect());
         target
@@ -98,20 +120,19 @@ impl<'a> Target<'a> {
     fn node(&self, node: usize) -> Point {
         padded(&self.position[node * self.dimension..][..self.dimension])
     }
+
+    /// The facet (of one face only, if given) nearest to `point`, and its shape functions at the nearest place; none without
+    /// a facet.
+    fn nearest(&self, point: &[f64], face: Option<usize>) -> Option<(&Shape, Vec<f64>)> {
+        let point = padded(point);
+        let mut by_distance = self.tree.nearest_neighbor_iter(point);
+        let nearest = by_distance.find(|shape| face.is_none_or(|face| shape.face == face))?;
+        Some((nearest, facet_weights(&point, &nearest.corners)))
+    }
 }
 
 fn padded(point: &[f64]) -> Point {
     std::array::from_fn(|axis| point.get(axis).copied().unwrap_or_default())
-}
-
-/// Nodes and weights of the point of the facets (of one face only, if given) nearest to `point`; none without a facet.
-fn project(point: &[f64], target: &Target<'_>, face: Option<usize>) -> Vec<(usize, f64)> {
-    let point = padded(point);
-    let mut by_distance = target.tree.nearest_neighbor_iter(point);
-    let nearest = by_distance.find(|shape| face.is_none_or(|face| shape.face == face));
-    nearest.map_or(Vec::new(), |shape| {
-        shape.nodes.iter().copied().zip(facet_weights(&point, &shape.corners)).collect()
-    })
 }
 
 /// Shape functions at the point of the facet nearest to `point`.

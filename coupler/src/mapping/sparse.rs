@@ -78,13 +78,14 @@ impl Sparse {
         target: &mut [f64],
     ) {
         if dimension == 2 {
-            self.spread_all::<2>(base, source, target)
+            self.spread_rows::<2>(base, source, target)
         } else {
-            self.spread_all::<3>(base, source, target)
+            self.spread_rows::<3>(base, source, target)
         }
     }
 
-    fn spread_all<const D: usize>(
+    /// The same with `D` components a row, be they of a vector or not.
+    pub fn spread_rows<const D: usize>(
         &self,
         base: impl Fn(usize) -> f64 + Sync,
         source: impl Fn(usize) -> f64 + Sync,
