@@ -88,7 +88,8 @@ impl Coupled {
         }
         let mut turned = Turned::new(&side, &mapping, &surface);
         if let Some(turned) = &mut turned {
-            turned.follow(&solid.displacement, (&side, &surface), &mut mapping, &mut load);
+            turned.turn(&solid.displacement, &surface, &mut mapping, &mut load);
+            turned.place_points(&solid.displacement, &side, &mapping);
         }
         let first = first_scheme(settings, shared.scheme);
         let motion = first_motion((first, settings), outline, (&side, &mapping), &solid);

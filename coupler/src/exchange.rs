@@ -35,9 +35,9 @@ impl Coupled {
 
     /// Points off the structure's surface, and its normals, go where it is.
     pub(crate) fn turn(&mut self) {
-        let Self { turned, motion, solid, side, surface, mapping, load, .. } = self;
+        let Self { turned, motion, solid, surface, mapping, load, .. } = self;
         if let Some(turned) = turned.as_mut().filter(|_| motion.is_moving()) {
-            turned.follow(&solid.displacement, (side, surface), mapping, load);
+            turned.turn(&solid.displacement, surface, mapping, load);
         }
     }
 
@@ -80,6 +80,9 @@ impl Coupled {
     pub(crate) fn place_markers(&mut self) {
         if let Place::DummyMesh(place) = &mut self.load.place {
             place.follow(&self.motion.position);
+        }
+        if let Some(turned) = &mut self.turned {
+            turned.place_points(&self.displacement_before, &self.side, &self.mapping);
         }
     }
 

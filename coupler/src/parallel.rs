@@ -29,6 +29,11 @@ pub(crate) fn fill<const D: usize>(target: &mut [f64], row: impl Fn(usize) -> [f
     });
 }
 
+/// Does something with every item, whichever comes first.
+pub(crate) fn each<T: Send>(items: &mut [T], change: impl Fn(&mut T) + Sync) {
+    items.par_chunks_mut(CHUNK).for_each(|items| items.iter_mut().for_each(&change));
+}
+
 /// Sum over `range` of what `term` gives for each of its chunks, added up as a binary tree.
 pub(crate) fn sum<T: Add<Output = T> + Send>(
     range: Range<usize>,

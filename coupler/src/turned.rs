@@ -24,20 +24,24 @@ impl Turned {
         is_needed.then_some(Self { points, solid })
     }
 
-    /// Turns everything to this displacement of the solid's nodes, `[N, D]` m.
-    pub(crate) fn follow(
+    /// Turns everything to this displacement of the solid's nodes, `[N, D]` m, but for the points' places.
+    pub(crate) fn turn(
         &mut self,
         displacement: &[f64],
-        (side, surface): (&FluidSide, &Surface),
+        surface: &Surface,
         mapping: &mut Mapping,
         load: &mut Load,
     ) {
         let unloaded = surface.reference_position.iter().zip(displacement);
         self.solid.iter_mut().zip(unloaded).for_each(|(now, (x, u))| *now = x + u);
         mapping.turn(&self.solid);
-        mapping.place(side.reference_position(), displacement, &mut self.points);
         if let Place::Points(place) = &mut load.place {
             place.follow(&self.solid);
         }
+    }
+
+    /// The places of the points at the displacement they have been turned to.
+    pub(crate) fn place_points(&mut self, displacement: &[f64], side: &FluidSide, mapping: &Mapping) {
+        mapping.place(side.reference_position(), displacement, &mut self.points);
     }
 }

@@ -4,7 +4,8 @@
 //!     cargo bench -p tidewall-tests --bench interface
 //!
 //! Wall time of a whole step (orders, four data messages, the coupler's phases) less the computing of fluid and solid, and the
-//! coupler's own CPU time, for a plate in space with matching meshes of 4,500 and 100,000 interface nodes.
+//! coupler's own CPU time, for a plate in space with matching meshes of 4,500 and 100,000 interface nodes, and with two points of
+//! the fluid for every facet of the structure, one on it with an area and one inside the wall, which turns with it.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -16,7 +17,7 @@ use protocol::case::{CaseFile, Scheme, Shared};
 use protocol::control::{Account, Order, Reply, Start, StepTime};
 use protocol::failure::Failure;
 use protocol::header::{Header, Kind};
-use protocol::interface::{Contract, Surface};
+use protocol::interface::{Contract, Points, Surface};
 use protocol::ipc::IpcTransport;
 use protocol::link::{Expect, Item, LinkError, Transport, agree};
 use protocol::names::{RunId, RunNames};
@@ -33,22 +34,22 @@ const COMPUTING: [Duration; 2] = [Duration::ZERO, Duration::from_millis(20)];
 
 fn main() {
     println!(
-        "nodes, threads, computing ms, wall ms a step less computing: median (least), coupler's CPU ms a step"
+        "fluid's side, its nodes, threads, computing ms, wall ms a step less computing: median (least), coupler's CPU ms a step"
     );
     println!("  the coupler's phases, ms a step");
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let scenes = [([1, 44, 49], 1), ([1, 199, 249], 1), ([1, 199, 249], cores)];
-    for ((cells, threads), computing) in
-        scenes.into_iter().flat_map(|scene| COMPUTING.map(|time| (scene, time)))
-    {
+    let sides = ["dummy_mesh", "points"].into_iter();
+    let scenes = sides.flat_map(|side| scenes.map(|(cells, threads)| (side, cells, threads)));
+    for ((side, cells, threads), computing) in scenes.flat_map(|scene| COMPUTING.map(|time| (scene, time))) {
         let folder = tempfile::tempdir().expect("there is room for a case");
-        let bench = Bench::new(cells, (threads, computing), folder.path());
+        let bench = Bench::new((side, cells), (threads, computing), folder.path());
         let Measured { mut walls, cpu, phases } = bench.run().expect("the run goes through");
         walls.sort_by(f64::total_cmp);
         let (median, least) = (1e3 * walls[walls.len() / 2], 1e3 * walls[0]);
-        let nodes = bench.contract.node_count;
+        let nodes = bench.fluid_nodes();
         let computing = 1e3 * computing.as_secs_f64();
-        println!("{nodes}, {threads}, {computing}, {median:.3} ({least:.3}), {:.3}", 1e3 * cpu);
+        println!("{side}, {nodes}, {threads}, {computing}, {median:.3} ({least:.3}), {:.3}", 1e3 * cpu);
         println!("  {}", phases.join(", "));
     }
 }
@@ -69,16 +70,37 @@ struct Bench<'f> {
     computing: Duration,
     names: RunNames,
     surface: Surface,
+    /// In place of the dummy mesh.
+    points: Option<Points>,
     contract: Contract,
 }
 
+/// The middle of every facet with its area, and the place a little below it in the wall.
+fn points_on(surface: &Surface) -> Points {
+    let mut points = Points { dimension: 3, ..Points::default() };
+    for facet in 0..surface.facets.len() {
+        let corner = |&node: &usize| &surface.reference_position[3 * node..3 * node + 3];
+        let corners: Vec<_> = surface.facets.facet(facet).iter().map(corner).collect();
+        let centre = [0, 1, 2].map(|axis| corners.iter().map(|x| 0.25 * x[axis]).sum::<f64>());
+        let inwards = if centre[0] > 1.05 { -0.02 } else { 0.02 };
+        points.reference_position.extend(centre);
+        points.reference_position.extend([centre[0] + inwards, centre[1], centre[2]]);
+        points.area.extend([2.0 / surface.facets.len() as f64, 0.0]);
+    }
+    points
+}
+
 impl<'f> Bench<'f> {
-    fn new(cells: [usize; 3], (threads, computing): (usize, Duration), folder: &'f Path) -> Self {
+    fn new(
+        (side, cells): (&str, [usize; 3]),
+        (threads, computing): (usize, Duration),
+        folder: &'f Path,
+    ) -> Self {
         let text = format!(
             "[case]\nname = \"interface\"\ndimension = 3\n[domain]\nmin = [0, 0, 0]\nmax = [2, 1, 1]\n\
              [gravity]\nacceleration = [0, -9.81, 0]\n[fluid]\nspacing = 0.05\n[[fluid.region]]\nmin = [0, 0, 0]\n\
              max = [0.5, 1, 1]\n[solid]\nmin = [1, 0, 0]\nmax = [1.1, 1, 1]\nelements = {cells:?}\n\
-             wet = [\"left\", \"right\"]\ndensity = 2500\n[time]\nend = 1\nmax_dt = {DT}\n"
+             wet = [\"left\", \"right\"]\ndensity = 2500\n[coupling]\nfluid_side = {side:?}\n[time]\nend = 1\nmax_dt = {DT}\n"
         );
         let lock = folder.join("case.lock.toml");
         std::fs::write(&lock, &text).expect("the folder can be written");
@@ -90,6 +112,7 @@ impl<'f> Bench<'f> {
             facets: mesh.facets().clone(),
             areal_mass: vec![125.0; mesh.node_count()],
         };
+        let points = (side == "points").then(|| points_on(&surface));
         let contract = Contract {
             dimension: 3,
             node_count: mesh.node_count(),
@@ -97,7 +120,11 @@ impl<'f> Bench<'f> {
             scene: u8::checksum(text.as_bytes()),
         };
         let names = RunNames::of(RunId::random().expect("the system has random numbers"));
-        Self { folder, threads, computing, names, surface, contract }
+        Self { folder, threads, computing, names, surface, points, contract }
+    }
+
+    fn fluid_nodes(&self) -> usize {
+        self.points.as_ref().map_or(self.contract.node_count, Points::len)
     }
 
     fn run(&self) -> Result<Measured, Failure> {
@@ -131,8 +158,11 @@ impl<'f> Bench<'f> {
     }
 
     fn conduct(&self, mut crew: CouplerOnly) -> Result<Measured, Failure> {
-        let nodes = Some(self.contract.node_count as u64);
-        crew.0.ask("coupler", &Order::Start(Start { surface_nodes: nodes, fluid_nodes: nodes }))?;
+        let start = Start {
+            surface_nodes: Some(self.contract.node_count as u64),
+            fluid_nodes: Some(self.fluid_nodes() as u64),
+        };
+        crew.0.ask("coupler", &Order::Start(start))?;
         let before = crew.account()?.cpu_s;
         let mut walls = Vec::new();
         for number in 1..=STEPS {
@@ -183,12 +213,22 @@ impl<'f> Bench<'f> {
 
     fn fluid(&self) -> Result<(), LinkError> {
         let (nodes, markers) = (self.surface.reference_position.len(), self.surface.facets.markers().len());
+        let load_len = self.points.as_ref().map_or(markers + nodes, Points::load_len);
         let mut transport = IpcTransport::new(&self.names, "fluid", TIMEOUT)?;
-        let mut link = transport.connect("coupler", markers + nodes)?;
+        let mut link = transport.connect("coupler", load_len.max(2 + 4 * self.fluid_nodes()))?;
         let knocks: Vec<_> =
             ["coupler", "solid"].into_iter().filter_map(|role| transport.knock(role)).collect();
-        agree(&mut *link, &self.contract)?;
-        link.receive(Expect { kind: Kind::BodyMesh, step: 0, count: None }, &mut |_, _| ())?;
+        agree(&mut *link, &Contract { node_count: self.fluid_nodes(), ..self.contract })?;
+        let first_word = match &self.points {
+            Some(points) => {
+                let values = points.encode();
+                let header = Header::new(Kind::Points, 0, 0.0, 0.0);
+                link.send(header, values.len(), &mut |out| out.copy_from_slice(&values))?;
+                Kind::PointWall
+            }
+            None => Kind::BodyMesh,
+        };
+        link.receive(Expect { kind: first_word, step: 0, count: None }, &mut |_, _| ())?;
         for step in 1..=STEPS {
             link.receive(Expect { kind: Kind::Motion, step, count: None }, &mut |_, _| ())?;
             let since = Instant::now();
@@ -197,7 +237,7 @@ impl<'f> Bench<'f> {
                 knocks.iter().for_each(|knock| knock());
             }
             self.compute(since, Duration::ZERO);
-            link.send(Header::new(Kind::Load, step, at(step).time, DT), markers + nodes, &mut |out| {
+            link.send(Header::new(Kind::Load, step, at(step).time, DT), load_len, &mut |out| {
                 out.fill(1.0 + 1e-3 * step as f64);
             })?;
         }

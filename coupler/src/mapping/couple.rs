@@ -18,13 +18,16 @@ pub(super) struct Couple {
     /// The facet's nodes.
     nodes: Vec<usize>,
     /// R_a, m.
-    arms: Vec<Vector3<f64>>,
+    arms: Arms,
     /// q_a, m.
-    turned: Vec<Vector3<f64>>,
+    turned: Arms,
     /// J^-1, 1/m2.
     inverse_inertia: Matrix3<f64>,
     points: Vec<Hanging>,
 }
+
+/// Of the corners of a facet, zero where it has less than four.
+type Arms = [Vector3<f64>; 4];
 
 /// One point of the fluid's side.
 #[derive(Debug, Clone)]
@@ -42,25 +45,26 @@ const MOST_STEPS: usize = 20;
 impl Couple {
     /// Hangs points, each at an offset from its foot, on the facet with these corners; `None` for a facet without extent.
     pub(super) fn new(corners: &[Corner], points: &[(usize, [f64; 3])]) -> Option<Self> {
-        let arms = about_centre(corners.iter().map(|corner| Vector3::from(corner.1)).collect());
+        let arms = about_centre(corners.len(), |corner| Vector3::from(corners[corner].1));
         let hang = |&(point, offset): &(usize, [f64; 3])| {
             let offset = Vector3::from(offset);
             Hanging { point, reference: offset, offset }
         };
-        let inverse_inertia = inertia(&arms, &arms).try_inverse()?;
+        let inverse_inertia = inertia(corners.len(), &arms, &arms).try_inverse()?;
         let nodes = corners.iter().map(|corner| corner.0).collect();
         let points = points.iter().map(hang).collect();
-        Some(Self { nodes, turned: arms.clone(), arms, inverse_inertia, points })
+        Some(Self { nodes, turned: arms, arms, inverse_inertia, points })
     }
 
     /// Turns with the facet to where the solid's nodes are now, `[n, D]` m. A facet that has lost its extent stays as it was.
     pub(super) fn turn(&mut self, dimension: usize, position: &[f64]) {
-        let corner = |&node: &usize| vector(|component| position[component], node, dimension);
-        let present = about_centre(self.nodes.iter().map(corner).collect());
-        let Some((rotation, inverse_inertia)) = nearest_rotation(&self.arms, &present) else { return };
-        self.inverse_inertia = inverse_inertia;
-        self.turned.iter_mut().zip(&self.arms).for_each(|(turned, arm)| *turned = rotation * arm);
-        self.points.iter_mut().for_each(|point| point.offset = rotation * point.reference);
+        let Self { nodes, arms, turned, inverse_inertia, points } = self;
+        let corner = |corner: usize| vector(|component| position[component], nodes[corner], dimension);
+        let present = about_centre(nodes.len(), corner);
+        let Some(nearest) = nearest_rotation(nodes.len(), arms, &present) else { return };
+        *inverse_inertia = nearest.inverse_inertia;
+        *turned = nearest.turned;
+        points.iter_mut().for_each(|point| point.offset = nearest.rotation * point.reference);
     }
 
     /// target[point] += d - D.
@@ -105,58 +109,60 @@ impl Couple {
     }
 }
 
-/// R from the places of the corners about their centre, and J^-1; `None` without extent.
-fn nearest_rotation(
-    reference: &[Vector3<f64>],
-    present: &[Vector3<f64>],
-) -> Option<(Rotation3<f64>, Matrix3<f64>)> {
-    let frames = frame(present)? * frame(reference)?.transpose();
+/// R, and what follows from it.
+struct Nearest {
+    rotation: Rotation3<f64>,
+    turned: Arms,
+    inverse_inertia: Matrix3<f64>,
+}
+
+/// R from the places of the corners about their centre; `None` without extent.
+fn nearest_rotation(corners: usize, reference: &Arms, present: &Arms) -> Option<Nearest> {
+    let frames = frame(corners, present)? * frame(corners, reference)?.transpose();
     let mut rotation = Rotation3::from_matrix_unchecked(frames);
-    let size = |places: &[Vector3<f64>]| places.iter().map(Vector3::norm_squared).sum::<f64>();
-    let round_off = f64::EPSILON * (size(reference) * size(present)).sqrt();
-    let mut turned: [Vector3<f64>; 4] = [Vector3::zeros(); 4];
-    let turned = &mut turned[..reference.len()];
-    for _ in 0..MOST_STEPS {
-        turned.iter_mut().zip(reference).for_each(|(turned, arm)| *turned = rotation * arm);
-        let inverse = inertia(turned, present).try_inverse()?;
+    let size = |places: &Arms| places.iter().map(Vector3::norm_squared).sum::<f64>();
+    let round_off = 4.0 * f64::EPSILON * (size(reference) * size(present)).sqrt();
+    for step in 0.. {
+        let turned = reference.map(|arm| rotation * arm);
+        let inverse_inertia = inertia(corners, &turned, present).try_inverse()?;
         let left: Vector3<f64> = turned.iter().zip(present).map(|(q, r)| q.cross(r)).sum();
-        if left.norm() <= round_off {
-            return Some((rotation, inverse));
+        if left.norm() <= round_off || step == MOST_STEPS {
+            return Some(Nearest { rotation, turned, inverse_inertia });
         }
-        rotation = Rotation3::from_scaled_axis(inverse * left) * rotation;
+        rotation = Rotation3::from_scaled_axis(inverse_inertia * left) * rotation;
     }
-    let inverse = inertia(turned, present).try_inverse()?;
-    Some((rotation, inverse))
+    None
 }
 
 /// An orthonormal frame fixed to the corners: the first axis towards one of them, the third across the facet (in 2-D along z).
-fn frame(places: &[Vector3<f64>]) -> Option<Matrix3<f64>> {
-    let across = match places {
-        [_, _] => Vector3::z(),
-        [a, b, c] => (b - a).cross(&(c - a)).try_normalize(0.0)?,
-        [a, b, c, d] => (c - a).cross(&(d - b)).try_normalize(0.0)?,
-        _ => return None,
+fn frame(corners: usize, [a, b, c, d]: &Arms) -> Option<Matrix3<f64>> {
+    let across = match corners {
+        2 => Vector3::z(),
+        3 => (b - a).cross(&(c - a)).try_normalize(0.0)?,
+        _ => (c - a).cross(&(d - b)).try_normalize(0.0)?,
     };
-    let first = (places[0] - across * across.dot(&places[0])).try_normalize(0.0)?;
+    let first = (a - across * across.dot(a)).try_normalize(0.0)?;
     Some(Matrix3::from_columns(&[first, across.cross(&first), across]))
 }
 
 /// J. A segment does not resist a turn about itself; in 2-D, where segments are facets, none occurs.
-fn inertia(turned: &[Vector3<f64>], present: &[Vector3<f64>]) -> Matrix3<f64> {
+fn inertia(corners: usize, turned: &Arms, present: &Arms) -> Matrix3<f64> {
     let mut inertia = Matrix3::zeros();
     for (q, r) in turned.iter().zip(present) {
         inertia += Matrix3::from_diagonal_element(q.dot(r));
-        if turned.len() > 2 {
+        if corners > 2 {
             inertia -= 0.5 * (q * r.transpose() + r * q.transpose());
         }
     }
     inertia
 }
 
-fn about_centre(mut places: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
-    let centre = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
-    places.iter_mut().for_each(|place| *place -= centre);
-    places
+fn about_centre(corners: usize, place: impl Fn(usize) -> Vector3<f64>) -> Arms {
+    let mut arms = [Vector3::zeros(); 4];
+    arms[..corners].iter_mut().enumerate().for_each(|(corner, arm)| *arm = place(corner));
+    let centre = arms.iter().sum::<Vector3<f64>>() / corners as f64;
+    arms[..corners].iter_mut().for_each(|arm| *arm -= centre);
+    arms
 }
 
 fn vector(values: impl Fn(usize) -> f64, node: usize, dimension: usize) -> Vector3<f64> {
@@ -177,25 +183,24 @@ fn add(values: &mut [f64], node: usize, dimension: usize, vector: &Vector3<f64>)
 mod tests {
     use super::*;
 
-    fn facet() -> Vec<Vector3<f64>> {
+    fn facet() -> Arms {
         let corners = [[0.0, 0.0, 0.0], [2.0, 0.1, 0.3], [2.2, 3.0, 0.0], [-0.4, 2.5, 0.5]];
-        about_centre(corners.map(Vector3::from).to_vec())
+        about_centre(4, |corner| Vector3::from(corners[corner]))
     }
 
     #[test]
     fn a_facet_that_turns_as_a_whole_turns_by_that() {
         let turn = Rotation3::from_scaled_axis(Vector3::new(1.0, -2.0, 0.7));
-        let present: Vec<_> = facet().iter().map(|arm| turn * arm).collect();
-        let (found, _) = nearest_rotation(&facet(), &present).unwrap();
-        assert!((found.matrix() - turn.matrix()).norm() < 1e-14);
+        let found = nearest_rotation(4, &facet(), &facet().map(|arm| turn * arm)).unwrap();
+        assert!((found.rotation.matrix() - turn.matrix()).norm() < 1e-14);
     }
 
     #[test]
     fn no_rotation_is_nearer_than_the_one_found() {
         // The same, stretched, sheared and warped.
         let strain = Matrix3::new(1.3, 0.2, 0.0, -0.1, 0.8, 0.1, 0.3, 0.0, 1.0);
-        let present: Vec<_> = facet().iter().map(|arm| strain * arm).collect();
-        let (found, _) = nearest_rotation(&facet(), &present).unwrap();
+        let present = facet().map(|arm| strain * arm);
+        let found = nearest_rotation(4, &facet(), &present).unwrap().rotation;
         let alike = |rotation: Rotation3<f64>| -> f64 {
             facet().iter().zip(&present).map(|(arm, now)| (rotation * arm).dot(now)).sum()
         };

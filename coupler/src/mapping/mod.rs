@@ -17,6 +17,7 @@ pub use projection::{feet, marker_rows};
 pub use sparse::Sparse;
 
 use crate::case::MappingKind;
+use crate::parallel;
 use couple::Couple;
 
 /// H: rows of (solid node, weight), whose weights sum to one, and the couples of the points off the surface.
@@ -89,7 +90,7 @@ impl Mapping {
     /// Turns the points off the surface with it to where the solid's nodes are now, `[n, D]` m.
     pub fn turn(&mut self, position: &[f64]) {
         let dimension = self.dimension;
-        self.couples.iter_mut().for_each(|couple| couple.turn(dimension, position));
+        parallel::each(&mut self.couples, |couple| couple.turn(dimension, position));
     }
 
     /// Where the points are, `[n, D]` m, from their places at the unloaded body and the displacement of the solid's nodes, to
