@@ -1,4 +1,4 @@
-//! Where the particles of a body sit in the cells of its mesh: depths across the wall, rows along it.
+//! Where the particles of a body sit in the cells of a mesh: depths across the wall, rows along it.
 //!
 //! Cells that share faces form a patch; rows run over the whole patch at one pitch, whatever the cells' lengths.
 //! Where a patch ends at a closed side wall of the tank, three ghost rows continue it into the wall.
@@ -8,9 +8,10 @@ use std::collections::HashMap;
 use protocol::interface::BodyMesh;
 
 use crate::error::SetupError;
+use crate::kernel::Kernel;
 use crate::lattice::SHELL_LAYERS;
-use crate::scene::Tank;
-use crate::vector::{Vector, norm, sub};
+use crate::scene::{Scene, Tank};
+use crate::vector::{Vector, add_scaled, norm, sub};
 
 /// One particle of the body: a cell, its local coordinates, and the offset of a ghost row.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +24,26 @@ pub struct Embedded<const D: usize> {
     pub offset: Vector<D>,
     /// Volume of the unloaded body it stands for, m^D.
     pub volume: f64,
+}
+
+impl<const D: usize> Embedded<D> {
+    /// Local coordinates limited to the cell.
+    pub fn inside(&self) -> Vector<D> {
+        self.local.map(|xi| xi.clamp(-1.0, 1.0))
+    }
+
+    /// m_r behind it, kg/m2.
+    pub fn response_mass(&self, mesh: &BodyMesh) -> f64 {
+        let shape = shape_functions(&self.inside());
+        corners::<D>(mesh, self.cell).iter().zip(&shape).map(|(&a, n)| n * mesh.response_mass[a]).sum()
+    }
+
+    /// Its place at the unloaded body, m.
+    pub fn position(&self, mesh: &BodyMesh) -> Vector<D> {
+        let mut x = combine(mesh, self.cell, &shape_functions(&self.local));
+        add_scaled(&mut x, 1.0, &self.offset);
+        x
+    }
 }
 
 /// What the layout needs to know beside the mesh.
@@ -40,6 +61,20 @@ pub struct LayoutRules<'a, const D: usize> {
     pub wet: Option<[bool; 2]>,
     /// g, m/s2: the tank's floor and ceiling get no ghost rows.
     pub gravity: Vector<D>,
+}
+
+impl<'a, const D: usize> LayoutRules<'a, D> {
+    /// The rules of a scene with this kernel.
+    pub fn new(scene: &'a Scene<D>, kernel: &Kernel<D>) -> Self {
+        Self {
+            tank: &scene.tank,
+            spacing: kernel.spacing,
+            asked_spacing: scene.particle_spacing,
+            support_radius: kernel.support_radius,
+            wet: scene.body_wet,
+            gravity: scene.gravity.vector,
+        }
+    }
 }
 
 /// A place along one axis of a patch.

@@ -5,13 +5,14 @@ use protocol::phases::{PhaseClock, PhaseTime};
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::WallMoments;
-use crate::body::{Body, Motion};
+use crate::body::Body;
 use crate::cells::Grid;
 use crate::correction::Guard;
 use crate::error::{FluidError, StepFault};
 use crate::health::Health;
 use crate::kernel::Kernel;
 use crate::markers::Markers;
+use crate::nodes::Motion;
 use crate::obstacle::Obstacles;
 use crate::particles::Water;
 use crate::periodic::Periodic;
@@ -187,7 +188,7 @@ impl<const D: usize> Fluid<D> {
         rayon::scope(|_| self.find_load(substep.dt));
         let Some(body) = &mut self.body else { return };
         body.add_nodal_load(substep.share, &mut self.pair_force);
-        body.move_nodes(substep.dt);
+        body.nodes.move_on(substep.dt);
         let pressures = self.markers.iter().flat_map(|markers| &markers.pressure);
         for (mean, pressure) in self.marker_pressure.iter_mut().zip(pressures) {
             *mean += substep.share * pressure;
@@ -264,10 +265,9 @@ impl<const D: usize> Fluid<D> {
 
     fn take_motion(&mut self, motion: Option<Motion<'_>>) -> Result<(), StepFault> {
         let (Some(body), Some(motion)) = (&mut self.body, motion) else { return Ok(()) };
-        let expected = body.node_position.len() * D;
-        for column in
-            [Some(motion.position), Some(motion.velocity), motion.acceleration].into_iter().flatten()
-        {
+        let expected = body.nodes.len() * D;
+        let given = [Some(motion.position), Some(motion.velocity), motion.acceleration, motion.normal];
+        for column in given.into_iter().flatten() {
             if column.len() != expected {
                 return Err(StepFault::MotionSize { expected, found: column.len() });
             }
@@ -287,12 +287,12 @@ impl<const D: usize> Fluid<D> {
         result
     }
 
-    /// Pressure at the markers, mean over the last coupling step, Pa, in the order of `Facets::markers()`.
+    /// Pressure at the markers, mean over the last coupling step, Pa, in the order of `Facets::markers()` or `Points::markers()`.
     pub fn marker_pressure(&self) -> &[f64] {
         &self.marker_pressure
     }
 
-    /// Force of the water on the interface nodes, mean over the last coupling step, `[n, D]` N (2-D: N per m depth).
+    /// Force of the water on the interface nodes, or points, mean over the last coupling step, `[n, D]` N (2-D: N per m depth).
     pub fn pair_force(&self) -> &[f64] {
         &self.pair_force
     }

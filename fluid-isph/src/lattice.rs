@@ -98,7 +98,7 @@ impl<const D: usize> Lattice<D> {
 }
 
 /// Centres of the layers that fill `lower..upper`: as many as fit best, stretched to fill it exactly.
-fn layer_centres(lower: f64, upper: f64, spacing: f64) -> Vec<f64> {
+pub(crate) fn layer_centres(lower: f64, upper: f64, spacing: f64) -> Vec<f64> {
     let count = ((upper - lower) / spacing).round().max(1.0);
     let pitch = (upper - lower) / count;
     (0..count as usize).map(|k| lower + (k as f64 + 0.5) * pitch).collect()
@@ -113,7 +113,10 @@ fn layers_from_wall((lower, upper): (f64, f64), open: [bool; 2], spacing: f64) -
 }
 
 /// Visits every point of a product of axes, x fastest, with its numbers along the axes.
-fn for_each_point<const D: usize>(axes: &[Vec<f64>; D], mut visit: impl FnMut(Vector<D>, [usize; D])) {
+pub(crate) fn for_each_point<const D: usize>(
+    axes: &[Vec<f64>; D],
+    mut visit: impl FnMut(Vector<D>, [usize; D]),
+) {
     for number in 0..axes.iter().map(Vec::len).product() {
         let mut rest: usize = number;
         let at: [usize; D] = std::array::from_fn(|k| {

@@ -5,7 +5,8 @@
 //!
 //! - [`kernel`], [`kernel_shape`], [`cells`], [`neighbours`], [`lanes`], [`lattice`]: kernel, neighbour search, its vectors, initial particles.
 //! - [`flow`], [`obstacle`], [`surface`], [`periodic`]: what a scene may add.
-//! - [`particles`], [`walls`], [`body`]: columns of water, wall and structure.
+//! - [`particles`], [`walls`], [`body`]: columns of water, wall and structure; [`nodes`] moves the last, which hangs on the
+//!   cells of a mesh ([`embedding`]) or is points of its own ([`offer`], [`columns`]).
 //! - [`viscosity`], [`turbulence`], [`assembly`], [`air`], [`source`], [`pressure`], [`wall_pressure`], [`correction`], [`shifting`],
 //!   [`markers`]: one term of the method each.
 //! - [`weakly_compressible`]: the explicit scheme, for comparison (`step_explicit.rs`).
@@ -19,12 +20,16 @@ pub mod body;
 pub mod body_layout;
 pub mod case;
 pub mod cells;
+pub mod columns;
 pub mod correction;
+pub mod embedding;
 pub mod error;
+pub mod facet_normals;
 pub mod flow;
 pub mod fluid;
 pub mod gauges;
 pub mod health;
+mod interface;
 pub mod kernel;
 pub mod kernel_shape;
 pub mod lanes;
@@ -33,7 +38,9 @@ pub mod lattice;
 mod leave_out;
 pub mod markers;
 pub mod neighbours;
+pub mod nodes;
 pub mod obstacle;
+pub mod offer;
 pub mod output;
 mod parallel;
 pub mod participant;
@@ -62,7 +69,8 @@ pub mod wall_pressure;
 pub mod walls;
 pub mod weakly_compressible;
 
-pub use body::Motion;
+pub use body::Structure;
 pub use error::{FluidError, SetupError, StepFault};
 pub use fluid::Fluid;
+pub use nodes::Motion;
 pub use scene::Scene;

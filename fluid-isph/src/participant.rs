@@ -2,19 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::case::{CaseFile, Shared};
+use protocol::case::{CaseFile, FluidSide, Shared};
 use protocol::control::{Account, Part, Ready, Start, StepReport, StepTime};
 use protocol::failure::{Failure, FailureClass};
-use protocol::header::{Header, Kind};
-use protocol::interface::{BodyMesh, Contract, Response};
-use protocol::link::{Expect, Knock, Link, LinkError, Transport, agree};
+use protocol::interface::Contract;
+use protocol::link::{LinkError, Transport};
 use protocol::participant::{Context, Participant, Program, not_my_part};
 use protocol::phases::PhaseClock;
 use protocol::state::{self, Stamp};
 
-use crate::body::Motion;
+use crate::body::Structure;
+use crate::body_layout::LayoutRules;
 use crate::case::{NAME, check, resolve};
 use crate::fluid::Fluid;
+use crate::interface::Interface;
+use crate::kernel::Kernel;
+use crate::lattice::fitting_spacing;
+use crate::offer::Offer;
 use crate::output::{Frames, GaugeSeries};
 use crate::scene::Scene;
 use crate::snapshot::{Snapshot, Whole};
@@ -60,16 +64,6 @@ struct Running<const D: usize> {
     clock: PhaseClock,
 }
 
-/// The fluid's end of the link to the coupler.
-struct Interface {
-    link: Box<dyn Link<f64>>,
-    motion: Vec<f64>,
-    nodal_len: usize,
-    response: Response,
-    /// At the doors of those who wait for the load, one after the other.
-    knocks: Vec<Knock>,
-}
-
 impl<const D: usize> FluidParticipant<D> {
     /// Takes the scene of the case; nothing is made or connected yet.
     ///
@@ -93,41 +87,33 @@ impl<const D: usize> FluidParticipant<D> {
         &self,
         nodes: u64,
         transport: &mut dyn Transport,
-    ) -> Result<(Interface, BodyMesh), LinkError> {
-        let node_count = nodes as usize;
-        // A load is one force per node and one pressure per marker; a node has at most one marker per axis.
-        let mut link = transport.connect("coupler", 8 + 2 * node_count * D)?;
-        let contract =
-            Contract { dimension: D, node_count, end_time: self.shared.time.end, scene: self.context.scene };
-        agree(&mut *link, &contract)?;
-        let mut mesh = None;
-        let expect = Expect { kind: Kind::BodyMesh, step: 0, count: None };
-        link.receive(expect, &mut |_, values| mesh = Some(BodyMesh::decode(values, "coupler")))?;
-        let mesh = mesh.expect("a message that was received was read")?;
-        let interface = Interface {
-            link,
-            motion: vec![0.0; mesh.motion_len()],
-            nodal_len: mesh.node_count() * D,
-            response: mesh.response,
-            knocks: ["coupler", "solid"].into_iter().filter_map(|role| transport.knock(role)).collect(),
+    ) -> Result<(Interface, Structure<D>), Failure> {
+        let (end_time, scene) = (self.shared.time.end, self.context.scene);
+        let contract = Contract { dimension: D, node_count: nodes as usize, end_time, scene };
+        let shaken = match self.shared.fluid_side {
+            FluidSide::DummyMesh => Interface::to_mesh(contract, transport),
+            FluidSide::Points => Interface::to_points(contract, self.lay_out_points()?, transport),
         };
-        Ok((interface, mesh))
+        shaken.map_err(|error| error.into_failure(NAME, 0, 0.0, "handshake"))
+    }
+
+    fn lay_out_points(&self) -> Result<Offer<D>, Failure> {
+        let missing = || Failure::new(FailureClass::Bug, NAME, "start", "no solid to lay out points for");
+        let outline = self.shared.solid.as_ref().ok_or_else(missing)?;
+        let laid_out = fitting_spacing(&self.scene).and_then(|spacing| {
+            let kernel = Kernel::new(self.scene.kernel, spacing);
+            Offer::lay_out(outline, LayoutRules::new(&self.scene, &kernel))
+        });
+        laid_out.map_err(|error| error.into_failure(NAME))
     }
 }
 
 impl<const D: usize> Participant for FluidParticipant<D> {
     fn start(&mut self, start: &Start, transport: &mut dyn Transport) -> Result<Ready, Failure> {
-        let (interface, mesh) = match start.fluid_nodes {
-            Some(nodes) => {
-                let hands = self.shake_hands(nodes, transport);
-                let (interface, mesh) =
-                    hands.map_err(|error| error.into_failure(NAME, 0, 0.0, "handshake"))?;
-                (Some(interface), Some(mesh))
-            }
-            None => (None, None),
-        };
+        let hands = start.fluid_nodes.map(|nodes| self.shake_hands(nodes, transport)).transpose()?;
+        let (interface, structure) = hands.unzip();
         let pool = thread_pool(self.context.threads)?;
-        let fluid = pool.install(|| Fluid::new(self.scene.clone(), mesh.as_ref()));
+        let fluid = pool.install(|| Fluid::new(self.scene.clone(), structure.as_ref()));
         let fluid = fluid.map_err(|error| error.into_failure(NAME))?;
         let sizes = [
             ("water_particles", fluid.water().len()),
@@ -226,7 +212,7 @@ impl<const D: usize> Running<D> {
         let motion = interface.as_ref().map(Interface::motion);
         let last = pool.install(|| fluid.respond(at.dt, motion)).map_err(|error| error.into_failure(NAME))?;
         if let Some(interface) = interface {
-            interface.knocks.iter().for_each(|knock| knock());
+            interface.knock();
             pool.install(|| fluid.load(last));
             clock.run("send load", || interface.send(at, fluid)).map_err(lost("send load"))?;
         }
@@ -258,34 +244,4 @@ fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
     builder().use_current_thread().build().or_else(|_| builder().build()).map_err(|error| {
         Failure::new(FailureClass::Resource, NAME, "start", format!("cannot start threads: {error}"))
     })
-}
-
-impl Interface {
-    fn receive(&mut self, at: StepTime) -> Result<(), LinkError> {
-        let expect = Expect { kind: Kind::Motion, step: at.step, count: Some(self.motion.len()) };
-        let motion = &mut self.motion;
-        self.link.receive(expect, &mut |_, values| motion.copy_from_slice(values))
-    }
-
-    /// The first value of the message to a Robin wall.
-    fn gives_way(&self) -> bool {
-        self.response == Response::Robin && self.motion[0] != 0.0
-    }
-
-    fn motion(&self) -> Motion<'_> {
-        let columns = &self.motion[usize::from(self.response == Response::Robin)..];
-        let (position, rest) = columns.split_at(self.nodal_len);
-        let (velocity, acceleration) = rest.split_at(self.nodal_len);
-        let prescribed = self.response == Response::Prescribed;
-        Motion { position, velocity, acceleration: prescribed.then_some(acceleration) }
-    }
-
-    fn send<const D: usize>(&mut self, at: StepTime, fluid: &Fluid<D>) -> Result<(), LinkError> {
-        let (pressure, force) = (fluid.marker_pressure(), fluid.pair_force());
-        let header = Header::new(Kind::Load, at.step, at.time, at.dt);
-        self.link.send(header, pressure.len() + force.len(), &mut |out| {
-            out[..pressure.len()].copy_from_slice(pressure);
-            out[pressure.len()..].copy_from_slice(force);
-        })
-    }
 }

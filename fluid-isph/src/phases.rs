@@ -286,7 +286,7 @@ impl<const D: usize> Fluid<D> {
         let Some(body) = &mut self.body else { return };
         body.load = load;
         if let Some(markers) = &mut self.markers {
-            markers.evaluate(field, (&body.node_position, &body.node_acceleration), &g);
+            markers.evaluate(field, &body.nodes, &g);
         }
         body.give_way(&self.walls, dt, self.scene.reference_density);
     }

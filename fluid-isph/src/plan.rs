@@ -1,14 +1,16 @@
 //! The water's part of the plan printed before a run: counts, memory, time step, and what the scene leaves out.
 
 use protocol::case::{
-    BoxFace, CaseFile, Diagnostic, GaugeKind, LeftOut, Place, PlanFigure, Shared, SolidOutline,
+    BoxFace, CaseFile, Diagnostic, FluidSide, GaugeKind, LeftOut, Place, PlanFigure, Shared, SolidOutline,
 };
 
 use crate::air::{FILM_ROWS, film_rows, natural_distance};
+use crate::body_layout::LayoutRules;
 use crate::case::{NAME, resolve};
 use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::lattice::Lattice;
+use crate::offer::Offer;
 use crate::scene::{Scene, Tank, WallFriction};
 use crate::time_step::StepLimits;
 use crate::vector::norm;
@@ -22,16 +24,39 @@ pub(crate) fn make_plan<const D: usize>(case: &CaseFile, shared: &Shared) -> (Ve
     if !case.diagnostics().is_empty() {
         return (Vec::new(), Vec::new());
     }
-    match Lattice::new(&scene) {
-        Ok(lattice) => (figures(&scene, &lattice, shared.solid.as_ref()), left_out(&scene, shared)),
+    let planned = Lattice::new(&scene).and_then(|lattice| {
+        let mut figures = figures(&scene, &lattice, shared.solid.as_ref());
+        figures.extend(interface_points(&scene, lattice.spacing, shared)?);
+        Ok(figures)
+    });
+    match planned {
+        Ok(figures) => (figures, left_out(&scene, shared)),
         Err(error) => {
-            refuse_lattice(case, &scene, error);
+            refuse_layout(case, &scene, error);
             (Vec::new(), Vec::new())
         }
     }
 }
 
-fn refuse_lattice<const D: usize>(case: &CaseFile, scene: &Scene<D>, error: SetupError) {
+/// The points offered in place of a dummy mesh, as exactly as at the start.
+fn interface_points<const D: usize>(
+    scene: &Scene<D>,
+    spacing: f64,
+    shared: &Shared,
+) -> Result<Option<PlanFigure>, SetupError> {
+    let solid = shared.solid.as_ref().filter(|_| shared.fluid_side == FluidSide::Points);
+    let Some(solid) = solid else { return Ok(None) };
+    let kernel = Kernel::new(scene.kernel, spacing);
+    let offer = Offer::lay_out(solid, LayoutRules::new(scene, &kernel))?;
+    let remark = format!(
+        "{} particles of the body, ghost rows included, and {} markers",
+        offer.particle_count(),
+        offer.area.len()
+    );
+    Ok(Some(PlanFigure::new("interface_points", offer.len() as f64, remark)))
+}
+
+fn refuse_layout<const D: usize>(case: &CaseFile, scene: &Scene<D>, error: SetupError) {
     let hint = error.clone().into_failure(NAME).hint;
     let Some(section) = case.section("fluid") else { return };
     let allowed = match &error {

@@ -1,11 +1,10 @@
 //! How a fluid is made from its scene: particles, grid, and the terms the scene asks for.
 
 use protocol::case::Prescribed;
-use protocol::interface::BodyMesh;
 use protocol::phases::PhaseClock;
 
 use crate::assembly::WallMoments;
-use crate::body::Body;
+use crate::body::{Body, Structure};
 use crate::body_layout::LayoutRules;
 use crate::cells::Grid;
 use crate::correction::Guard;
@@ -36,24 +35,19 @@ use crate::walls::Walls;
 const FULL_TANK: f64 = 0.98;
 
 impl<const D: usize> Fluid<D> {
-    /// Makes the fluid of a scene; `mesh` is the dummy mesh of a structure, where there is one.
+    /// Makes the fluid of a scene, with its side of a structure, where there is one.
     ///
     /// # Errors
     /// [`SetupError`]: the lattice does not fit, the body is too thin, the water lies inside it.
-    pub fn new(scene: Scene<D>, mesh: Option<&BodyMesh>) -> Result<Self, SetupError> {
+    pub fn new(scene: Scene<D>, structure: Option<&Structure<D>>) -> Result<Self, SetupError> {
         let lattice = Lattice::new(&scene)?;
         let spacing = lattice.spacing;
         let kernel = Kernel::new(scene.kernel, spacing);
         let grid = grid_around(&scene, &kernel);
-        let rules = LayoutRules {
-            tank: &scene.tank,
-            spacing,
-            asked_spacing: scene.particle_spacing,
-            support_radius: kernel.support_radius,
-            wet: scene.body_wet,
-            gravity: scene.gravity.vector,
-        };
-        let body = mesh.map(|mesh| Body::new(mesh, rules, scene.reference_density)).transpose()?;
+        let make_body =
+            |of: &Structure<D>| Body::new(of, LayoutRules::new(&scene, &kernel), scene.reference_density);
+        let body = structure.map(make_body).transpose()?;
+        let markers = structure.map(Markers::new);
         let obstacles = Obstacles::new(&scene.obstacles, spacing);
         let lens = (obstacles.as_ref().map_or(0, Obstacles::len), body.as_ref().map_or(0, Body::len));
         let mut walls = Walls::new(&grid, (&scene.tank, &lattice.wall), lens);
@@ -101,9 +95,9 @@ impl<const D: usize> Fluid<D> {
             } else {
                 PressureLevel::Clamped
             },
-            marker_pressure: vec![0.0; mesh.map_or(0, |mesh| mesh.facets.markers().len())],
-            pair_force: vec![0.0; mesh.map_or(0, |mesh| mesh.node_count() * D)],
-            markers: mesh.map(|mesh| Markers::new(&mesh.facets)),
+            marker_pressure: vec![0.0; markers.as_ref().map_or(0, |markers| markers.pressure.len())],
+            pair_force: vec![0.0; body.as_ref().map_or(0, |body| body.nodes.len() * D)],
+            markers,
             water: Water::new(position, velocity),
             scene,
             kernel,

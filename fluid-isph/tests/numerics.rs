@@ -4,9 +4,9 @@
 
 mod common;
 
-use common::{floor_plate, upright_plate};
+use common::{at_rest, floor_plate, upright_plate};
 use fluid_isph::scene::{Scene, Source, Tank, WaterBox};
-use fluid_isph::{Fluid, Motion};
+use fluid_isph::{Fluid, Structure};
 use proptest::prelude::*;
 use protocol::interface::Response;
 
@@ -90,13 +90,13 @@ fn action_is_reaction_on_a_body() {
     let mut scene = Scene::new(tank, vec![water], 0.02);
     scene.gravity.vector = [0.0; 2];
     let mesh = upright_plate((0.0, 0.04, 0.3), 6, Response::Given);
-    let mut fluid = Fluid::new(scene, Some(&mesh)).unwrap();
+    let mut fluid = Fluid::new(scene, Some(&Structure::Mesh(mesh.clone()))).unwrap();
     let still = vec![0.0; mesh.reference_position.len()];
     let dt = 5e-4;
     let mut largest = 0.0f64;
     for _ in 0..120 {
         let before = fluid.momentum();
-        let motion = Motion { position: &mesh.reference_position, velocity: &still, acceleration: None };
+        let motion = at_rest(&mesh.reference_position, &still);
         fluid.advance(dt, Some(motion)).unwrap();
         let after = fluid.momentum();
         for k in 0..2 {
@@ -209,10 +209,11 @@ fn ghost_rows_carry_the_load_to_the_edge() {
         Tank { min: [0.0, -0.1, 0.0], max: [0.2, 0.3, 0.1], open: [[false; 2], [true; 2], [false; 2]] };
     let water = WaterBox { min: [0.0; 3], max: [0.2, 0.1, 0.1], velocity: [0.0; 3] };
     let mesh = floor_plate((0.2, 0.04, Some(0.1)), 4, (Response::Given, 1.0));
-    let mut fluid = Fluid::new(Scene::new(tank, vec![water], 0.01), Some(&mesh)).unwrap();
+    let structure = Structure::Mesh(mesh.clone());
+    let mut fluid = Fluid::new(Scene::new(tank, vec![water], 0.01), Some(&structure)).unwrap();
     let still = vec![0.0; mesh.reference_position.len()];
     for _ in 0..40 {
-        let motion = Motion { position: &mesh.reference_position, velocity: &still, acceleration: None };
+        let motion = at_rest(&mesh.reference_position, &still);
         fluid.advance(1e-3, Some(motion)).unwrap();
     }
     let load: f64 = fluid.pair_force().iter().skip(1).step_by(3).sum();

@@ -12,7 +12,7 @@ use coupler::mapping::Mapping;
 use coupler::motion::{FluidMotion, SolidMotion};
 use fluid_isph::scene::{Scene, Source, Tank, WaterBox};
 use fluid_isph::snapshot::Snapshot;
-use fluid_isph::{Fluid, Motion};
+use fluid_isph::{Fluid, Motion, Structure};
 use protocol::case::{CaseFile, Scheme, Shared};
 use protocol::interface::Surface;
 
@@ -114,7 +114,7 @@ impl Rig {
         let load = -0.5 * WEIGHT - mass * GRAVITY;
         let piston = Piston { mass, stiffness, state: [0.5 * sag, 0.0, -0.5 * GRAVITY], load };
         let solid = SolidMotion { displacement: still.clone(), velocity: still.clone(), acceleration: still };
-        let mut fluid = Fluid::new(scene, Some(&body)).unwrap();
+        let mut fluid = Fluid::new(scene, Some(&Structure::Mesh(body))).unwrap();
         fluid.expect_passes(settings.scheme == Scheme::Strong);
         let mut rig = Self { fluid, piston, sag, mapping, motion, solid, settings };
         rig.follow_piston();
@@ -137,7 +137,8 @@ impl Rig {
     /// Water, then piston, over one step; the load on the piston, N/m.
     fn pass(&mut self, dt: f64) -> f64 {
         let FluidMotion { position, velocity, .. } = &self.motion;
-        self.fluid.advance(dt, Some(Motion { position, velocity, acceleration: None })).unwrap();
+        let motion = Motion { position, velocity, acceleration: None, normal: None };
+        self.fluid.advance(dt, Some(motion)).unwrap();
         let load: f64 = self.fluid.pair_force().iter().skip(1).step_by(2).sum();
         self.piston.advance(load - self.piston.mass * GRAVITY, dt);
         self.follow_piston();

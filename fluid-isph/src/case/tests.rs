@@ -143,3 +143,17 @@ fn water_and_walls_without_room_are_refused_with_place_and_hint() {
     let carved = solid("[0.1, 0.0]", "[0.2, 0.1]");
     assert!(report(&carved, &["fluid.carve=true"]).diagnostics.is_empty());
 }
+
+const WALL: &str = "[solid]\nmodel = \"rigid\"\nmin = [0.292, 0.0]\nmax = [0.304, 0.08]\n[coupling]\n";
+
+/// 27 rows of four particles, and 27 + 27 + 4 markers on left, right and top; a dummy mesh is not the water's to plan.
+#[test]
+fn points_without_a_mesh_are_planned_to_the_last() {
+    let text = format!("{DAM}\n{WALL}");
+    let points = report(&text, &["coupling.fluid_side=\"points\""]);
+    assert!(points.diagnostics.is_empty(), "{:?}", points.diagnostics);
+    assert_eq!(points.figure("interface_points"), Some(4.0 * 27.0 + 58.0));
+    assert_eq!(report(&text, &[]).figure("interface_points"), None);
+    let thin = report(&text, &["coupling.fluid_side=\"points\"", "solid.max=[0.297, 0.08]"]);
+    assert!(thin.diagnostics.iter().any(|found| found.message.contains("see itself")));
+}

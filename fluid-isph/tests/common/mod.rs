@@ -1,6 +1,36 @@
 //! Bodies and solids made by hand for the tests.
 
+#![allow(dead_code, reason = "each test program uses its own part")]
+
+use fluid_isph::Motion;
+use protocol::case::{BoxFace, BoxRegion, SolidOutline};
 use protocol::interface::{BodyMesh, Facets, Response};
+
+/// A mesh whose nodes stay where they are.
+pub(crate) fn at_rest<'a>(position: &'a [f64], still: &'a [f64]) -> Motion<'a> {
+    Motion { position, velocity: still, acceleration: None, normal: None }
+}
+
+/// The rigid body a mesh fills, as a case describes it.
+pub(crate) fn outline(mesh: &BodyMesh, wet: &[BoxFace]) -> SolidOutline {
+    let along = |k: usize| mesh.reference_position.iter().skip(k).step_by(mesh.dimension).copied();
+    let axes = 0..mesh.dimension;
+    SolidOutline {
+        model: "rigid".to_owned(),
+        region: BoxRegion {
+            min: axes.clone().map(|k| along(k).fold(f64::INFINITY, f64::min)).collect(),
+            max: axes.map(|k| along(k).fold(f64::NEG_INFINITY, f64::max)).collect(),
+        },
+        mesh: None,
+        elements: vec![1; mesh.dimension],
+        has_middle_nodes: false,
+        wet: wet.to_vec(),
+        clamped: Vec::new(),
+        density: None,
+        young_modulus: None,
+        prescribed: false,
+    }
+}
 
 /// A horizontal plate from x = 0 to `length` m, its upper face at y = 0, `thickness` m thick, wet above only; in 3-D
 /// `depth` m deep. First local axis up, across the plate.
