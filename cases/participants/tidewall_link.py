@@ -4,15 +4,16 @@
 """
 
 import ctypes
+import math
 import struct
 import time
 import zlib
 
 import iceoryx2 as iox2
 
-VERSION = 2
+from tidewall_program import VERSION
+
 MAGIC = int.from_bytes(b"TIDEWALL", "big")
-ORDER, REPLY, CONTRACT, SURFACE, BODY_MESH, MOTION, LOAD = range(1, 8)
 DATA, ABORT, ATTACHED = (iox2.EventId.new(number) for number in (1, 2, 3))
 SLICE = iox2.Duration.from_millis(100)
 CONTROL_BYTES = 64 * 1024
@@ -155,6 +156,23 @@ class Link:
         if header.checksum != zlib.crc32(payload):
             raise Refused(f"checksum of the message from {self.peer} is wrong", 4)
         return payload
+
+    def send_numbers(self, kind, step, at, values):
+        """`values`: floats, all of them finite."""
+        self.check(values)
+        self.send(kind, step, at, struct.pack(f"<{len(values)}d", *values))
+
+    def receive_numbers(self, kind, step, count=None):
+        """The floats of the message expected, all of them finite."""
+        payload = self.receive(kind, step, count)
+        values = struct.unpack(f"<{len(payload) // 8}d", payload)
+        self.check(values)
+        return values
+
+    def check(self, values):
+        bad = next((index for index, value in enumerate(values) if not math.isfinite(value)), None)
+        if bad is not None:
+            raise Refused(f"value {bad} exchanged with {self.peer} is not finite", 3)
 
 
 # Orders and replies: bincode's standard configuration.
