@@ -54,6 +54,14 @@ pub enum CheckError {
     Failed(Failure),
 }
 
+impl Program {
+    /// An executable of somebody else.
+    fn at(role: &'static str, path: PathBuf) -> Self {
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        Self { role, name, path }
+    }
+}
+
 impl Checked {
     /// A figure of any program's plan.
     pub fn figure(&self, name: &str) -> Option<f64> {
@@ -77,12 +85,29 @@ impl Checked {
 /// [`CheckError::Mistakes`] with all of them at once; [`CheckError::Failed`] when the case cannot be read or a program
 /// does not answer.
 pub fn check(path: &Path, options: &[String]) -> Result<Checked, CheckError> {
+    check_with(path, options, None)
+}
+
+/// The same with an executable in the place of one side, whatever the case says.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_with(
+    path: &Path,
+    options: &[String],
+    stand_in: Option<(Side, &Path)>,
+) -> Result<Checked, CheckError> {
     let case = CaseFile::load(path, options).map_err(|error| {
         let what = format!("cannot read the case {}: {error}", path.display());
         CheckError::Failed(Failure::new(FailureClass::Case, "tidewall", "check", what))
     })?;
     let shared = Shared::read(&case);
-    let programs = programs(&case, &shared, path);
+    let mut programs = programs(&case, &shared, path);
+    if let Some((side, stand_in)) = stand_in
+        && let Some(program) = programs.iter_mut().find(|program| program.role == side.role())
+    {
+        *program = Program::at(side.role(), stand_in.to_owned());
+    }
     check_launcher_part(&case, &shared, path);
     let mut reports = Vec::new();
     for program in &programs {
@@ -117,34 +142,35 @@ fn refuse_forgetful(case: &CaseFile, programs: &[Program], reports: &[CheckRepor
 }
 
 /// The programs a scene needs, and no others.
-fn programs(case: &CaseFile, shared: &Shared, path: &Path) -> Vec<Program> {
+pub fn programs(case: &CaseFile, shared: &Shared, path: &Path) -> Vec<Program> {
     let own = |role, name: &str| Program { role, name: name.to_owned(), path: sibling(name) };
     let mut programs = Vec::new();
     let replayed = shared.replay.as_ref().map(|replay| replay.side);
     if shared.fluid.is_some() && replayed != Some(Side::Fluid) {
-        programs.push(own("fluid", "fluid-isph"));
+        let about = "Another executable in the fluid's place, relative to the case file; what it makes of the other keys \
+                     of [fluid] is its own affair.";
+        let other = named(case, Side::Fluid, about, path);
+        programs.push(other.unwrap_or_else(|| own("fluid", "fluid-isph")));
     }
     if shared.fluid.is_some() && shared.solid.is_some() {
         programs.push(own("coupler", "coupler"));
     }
     if let Some(solid) = shared.solid.as_ref().filter(|_| replayed != Some(Side::Solid)) {
-        let section = case.section("solid").expect("the solid was read from this section");
-        let other = section
-            .text("program")
-            .about("Another executable in the solid's place, relative to the case file.")
-            .optional();
-        programs.push(match other {
-            Some(other) => {
-                // A name without a folder would be looked for in PATH.
-                let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-                let path = folder.unwrap_or(Path::new(".")).join(&other);
-                let name = path.file_name().map_or(other, |name| name.to_string_lossy().into_owned());
-                Program { role: "solid", name, path }
-            }
-            None => own("solid", if solid.model == "rigid" { "solid-rigid" } else { "solid-fem" }),
-        });
+        let about = "Another executable in the solid's place, relative to the case file.";
+        let other = named(case, Side::Solid, about, path);
+        let name = if solid.model == "rigid" { "solid-rigid" } else { "solid-fem" };
+        programs.push(other.unwrap_or_else(|| own("solid", name)));
     }
     programs
+}
+
+/// The program a case names for one side.
+fn named(case: &CaseFile, side: Side, about: &str, path: &Path) -> Option<Program> {
+    let section = case.section(side.role())?;
+    let program = section.text("program").about(about).optional()?;
+    // A name without a folder would be looked for in PATH.
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    Some(Program::at(side.role(), folder.unwrap_or(Path::new(".")).join(program)))
 }
 
 /// The executable of this name beside the running one.
@@ -272,8 +298,9 @@ fn make_absolute(lock: &mut toml::Table, case: &Path) {
     if let Some(coupling) = lock.get_mut("coupling").and_then(toml::Value::as_table_mut) {
         coupling.get_mut("replay").into_iter().for_each(absolute);
     }
-    if let Some(solid) = lock.get_mut("solid").and_then(toml::Value::as_table_mut) {
-        ["program", "mesh"].iter().for_each(|key| solid.get_mut(*key).into_iter().for_each(absolute));
+    for (section, key) in [("fluid", "program"), ("solid", "program"), ("solid", "mesh")] {
+        let table = lock.get_mut(section).and_then(toml::Value::as_table_mut);
+        table.and_then(|table| table.get_mut(key)).into_iter().for_each(absolute);
     }
 }
 

@@ -4,7 +4,8 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use protocol::case::Side;
 use protocol::failure::{Failure, FailureClass};
 
 use crate::check::{CheckError, Checked};
@@ -54,16 +55,11 @@ enum Command {
         #[arg(long, value_name = "N")]
         threads: Option<usize>,
     },
-    /// Plays launcher and coupler against a solid program, and says which points of the contract it does not keep.
+    /// Plays launcher and coupler against the program of a solid or a fluid, and says which points of the contract it does
+    /// not keep.
     ///
     /// Example: tidewall conform target/release/solid-rigid
-    Conform {
-        /// The executable.
-        program: PathBuf,
-        /// A coupled case for it; without one a rigid wall beside water.
-        #[arg(long)]
-        case: Option<PathBuf>,
-    },
+    Conform(ConformArguments),
     /// Writes the solid of a case as an input deck for CalculiX, for an independent check.
     ///
     /// Example: tidewall export cases/cantilever/case.toml cantilever.inp
@@ -100,6 +96,42 @@ struct CaseArguments {
     /// Replaces the end time, s; also by a later one.
     #[arg(long, value_name = "SECONDS")]
     until: Option<f64>,
+}
+
+#[derive(Args)]
+struct ConformArguments {
+    /// The executable.
+    program: PathBuf,
+
+    /// What it plays.
+    #[arg(long, value_enum, default_value_t = Role::Solid)]
+    role: Role,
+
+    /// A coupled case for it; without one a rigid wall beside water, for a fluid with points and with the dummy mesh.
+    #[arg(long)]
+    case: Option<PathBuf>,
+
+    /// Starts the program with the case of this folder and leaves it without a parent: conform asks itself for it.
+    #[arg(long, hide = true, value_name = "DIR", conflicts_with = "case")]
+    orphan: Option<PathBuf>,
+}
+
+/// A side of the interface.
+#[derive(Clone, Copy, ValueEnum)]
+enum Role {
+    /// It is loaded and moves.
+    Solid,
+    /// It is moved and loads.
+    Fluid,
+}
+
+impl From<Role> for Side {
+    fn from(role: Role) -> Self {
+        match role {
+            Role::Solid => Self::Solid,
+            Role::Fluid => Self::Fluid,
+        }
+    }
 }
 
 #[derive(Args)]
@@ -182,13 +214,7 @@ pub fn main() -> ExitCode {
         Command::Study { file, out, threads } => {
             study::command(&StudyOptions { file, out, threads: threads.unwrap_or_else(cores).max(1) })
         }
-        Command::Conform { program, case } => {
-            conform::conform(&program, case.as_deref()).and_then(|findings| {
-                let (text, result) = conform::tell(&findings);
-                print!("{text}");
-                result
-            })
-        }
+        Command::Conform(arguments) => conform_command(arguments),
         Command::Export { case, file } => export(&case, &file),
         Command::Stress(arguments) => stress_command(arguments),
         Command::Report { runs } => report::command(&runs).map(|page| println!("{}", page.display())),
@@ -205,6 +231,17 @@ pub fn main() -> ExitCode {
             ExitCode::from(failure.class.exit_code())
         }
     }
+}
+
+fn conform_command(arguments: ConformArguments) -> Result<(), Failure> {
+    let ConformArguments { program, role, case, orphan } = arguments;
+    let side = Side::from(role);
+    if let Some(folder) = orphan {
+        return conform::leave_orphan(side.role(), program, &folder);
+    }
+    let (text, result) = conform::tell(&conform::conform(&program, side, case.as_deref())?);
+    print!("{text}");
+    result
 }
 
 /// Has the solid write the deck; what it refuses it says itself.

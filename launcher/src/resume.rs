@@ -16,10 +16,11 @@ use crate::time_step::Moment;
 const ROLE: &str = "time_loop";
 
 /// Keys of the case that make particles and mesh, and what the state is the state of. A section or a key.
-const FIXED: [&str; 27] = [
+const FIXED: [&str; 28] = [
     "case.dimension",
     "domain",
     "obstacle",
+    "fluid.program",
     "fluid.density",
     "fluid.spacing",
     "fluid.region",

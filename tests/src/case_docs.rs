@@ -3,8 +3,9 @@
 //! Keys are documented where they are read, so cases are needed in which each one is asked for; `ELASTIC` and `RIGID` together
 //! ask for all. What differs between 2-D and 3-D is shown for both.
 
+use launcher::check;
 use launcher::stress::promise::Promise;
-use protocol::case::{CaseFile, CheckReport, KeyDoc, SECTIONS};
+use protocol::case::{CaseFile, CheckReport, KeyDoc, SECTIONS, Shared};
 
 const HEAD: &str = "\
 # The case file
@@ -164,7 +165,10 @@ fn keys(dimension: usize) -> Vec<KeyDoc> {
     let promising = CaseFile::parse("stress.toml", "[stress]", &[]);
     let _ = Promise::read(&promising);
     let promise = CheckReport::new("tidewall", &promising, Vec::new(), Vec::new());
-    for key in reports.chain([rigid, promise]).flat_map(|report| report.keys) {
+    let scene = CaseFile::parse("elastic.toml", &elastic, &[]);
+    let _ = check::programs(&scene, &Shared::read(&scene), scene.path());
+    let launcher = CheckReport::new("tidewall", &scene, Vec::new(), Vec::new());
+    for key in reports.chain([rigid, promise, launcher]).flat_map(|report| report.keys) {
         match keys.iter_mut().find(|known| known.path == key.path) {
             // As in a report: the strictest asking documents a key.
             Some(known) if key.default == "required" && known.default != "required" => *known = key,

@@ -1,15 +1,18 @@
-//! What is tried, one run of the program each.
+//! What is tried, one run of the program each, the same for every role.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use protocol::control::{Order, Part, Ready, Reply, Start, StepTime};
 use protocol::failure::{Failure, FailureClass};
-use protocol::interface::{Contract, Surface};
-use protocol::link::{Item, LinkError};
+use protocol::interface::{Contract, Response};
+use protocol::ipc::IpcTransport;
+use protocol::link::{Item, Link, LinkError, Transport};
 use protocol::names::{RunId, RunNames};
 
-use super::coupler::Line;
-use super::{Bench, Finding, TIMEOUT};
+use super::forger::{FORGERIES, Forger, Forgery};
+use super::line::{Line, Role, Terms};
+use super::{Bench, Finding, SILENCE, TIMEOUT, orphan};
 use crate::processes::{Call, Crew, Processes};
 
 /// Steps of the plain run.
@@ -18,14 +21,19 @@ const STEPS: u64 = 10;
 const REPEATED: u64 = 5;
 /// The step that is answered after the next one is ordered.
 const AHEAD: u64 = 8;
+/// Between two looks at what the other end has done.
+const PAUSE: Duration = Duration::from_millis(5);
 /// From the call-off to the end of the process.
 const CALL_OFF: Duration = Duration::from_secs(2);
+/// Of a program that is to give up a silent peer, from its first wait to its last word.
+const GIVING_UP: Duration = Duration::from_secs(5);
 
 /// What both ends of a trial are told.
 struct Trial<'b> {
     bench: &'b Bench,
     names: RunNames,
     contract: Contract,
+    response: Response,
 }
 
 pub(super) fn all(bench: &Bench) -> Result<Vec<Finding>, Failure> {
@@ -34,9 +42,19 @@ pub(super) fn all(bench: &Bench) -> Result<Vec<Finding>, Failure> {
     if findings[0].fault.is_some() {
         return Ok(findings);
     }
+    if bench.role != Role::Solid {
+        let responses = [Response::Given, Response::Prescribed];
+        let trials = responses.map(|response| Trial::new(bench).map(|trial| Trial { response, ..trial }));
+        findings.push(other_responses(trials)?);
+    }
     findings.push(another_contract(Trial::new(bench)?));
-    findings.push(another_step(&Trial::new(bench)?));
+    for forgery in &FORGERIES {
+        findings.push(forged_message(&Trial::new(bench)?, forgery));
+    }
     findings.push(called_off(&Trial::new(bench)?));
+    findings.push(silent_coupler(&Trial::new(bench)?));
+    let what = "ends when its parent dies";
+    findings.push(Finding { what, fault: orphan::fault(bench)? });
     Ok(findings)
 }
 
@@ -45,15 +63,15 @@ impl<'b> Trial<'b> {
         let refuse = |what: String| Failure::new(FailureClass::Resource, "tidewall", "conform", what);
         let id = RunId::random().map_err(|error| refuse(format!("cannot draw a run id: {error}")))?;
         let shared = &bench.checked.shared;
-        let lock = std::fs::read(bench.folder.join("case.lock.toml"));
+        let lock = std::fs::read(bench.lock());
         let lock = lock.map_err(|error| refuse(format!("cannot read the case back: {error}")))?;
         let contract = Contract {
             dimension: shared.header.dimension,
-            node_count: bench.checked.figure("surface_nodes").unwrap_or_default() as usize,
+            node_count: bench.node_count,
             end_time: shared.time.end,
             scene: u8::checksum(&lock),
         };
-        Ok(Self { bench, names: RunNames::of(id), contract })
+        Ok(Self { bench, names: RunNames::of(id), contract, response: Response::Robin })
     }
 
     fn at(&self, step: u64) -> StepTime {
@@ -61,11 +79,58 @@ impl<'b> Trial<'b> {
         StepTime { step, time: dt * step as f64, dt }
     }
 
+    fn process(&self) -> &'static str {
+        self.bench.role.name()
+    }
+
+    fn terms(&self) -> Terms<'_> {
+        let outline = self.bench.checked.shared.solid.as_ref().expect("a coupled scene has a solid");
+        let Self { contract, response, .. } = *self;
+        Terms { role: self.bench.role, contract, outline, response }
+    }
+
+    fn connect(&self) -> Result<Box<dyn Link<f64>>, LinkError> {
+        let mut transport = IpcTransport::new(&self.names, "coupler", TIMEOUT)?;
+        transport.connect(self.process(), self.terms().capacity())
+    }
+
+    /// The coupler's end as it should be.
+    fn line(&self) -> Result<Box<dyn Line>, LinkError> {
+        self.terms().shake_hands(self.connect()?)
+    }
+
     fn start(&self) -> Result<Processes, Failure> {
         let mut crew = self.bench.start(&self.names)?;
         let nodes = Some(self.contract.node_count as u64);
-        crew.order("solid", &Order::Start(Start { surface_nodes: nodes, fluid_nodes: nodes }), Call::Now)?;
+        let start = Order::Start(Start { surface_nodes: nodes, fluid_nodes: nodes });
+        crew.order(self.process(), &start, Call::Now)?;
         Ok(crew)
+    }
+
+    /// The answer to the order of one step.
+    fn ask(&self, crew: &mut Processes, step: u64) -> Result<Reply, Failure> {
+        crew.ask(self.process(), &Order::Step { at: self.at(step), parts: vec![Part::Advance] })
+    }
+
+    fn expect_ready(&self, crew: &mut Processes) -> Result<Ready, Failure> {
+        match crew.answer(self.process())? {
+            Reply::Ready(ready) if ready.admitted_dt > 0.0 => Ok(ready),
+            other => {
+                let what = format!("expected to be ready with a positive time step, found {other:?}");
+                Err(Failure::new(FailureClass::Process, self.process(), "start", what))
+            }
+        }
+    }
+
+    /// Takes the failure that is to come; a reply instead is a fault.
+    fn expect_refusal(&self, answer: Result<Reply, Failure>) -> Result<Failure, Failure> {
+        match answer {
+            Err(failure) => Ok(failure),
+            Ok(reply) => {
+                let what = format!("took it: {reply:?}");
+                Err(Failure::new(FailureClass::Bug, self.process(), "advance", what))
+            }
+        }
     }
 
     /// Runs both ends: the launcher's here, on the thread that starts the program, the coupler's on another.
@@ -101,15 +166,15 @@ fn fault_of<T>(result: &Result<T, impl ToString>) -> Option<String> {
 
 /// What the coupler's end has seen of a plain run.
 struct Seen {
-    surface: Surface,
-    first_motion_is_finite: bool,
+    offer_fault: Option<String>,
     differs_after_restore: bool,
 }
 
 fn plain_run(trial: &Trial<'_>) -> Vec<Finding> {
     let (mut ready, mut account, mut refusal) = (None, None, None);
+    let (role, process) = (trial.bench.role, trial.process());
     let launcher = |mut crew: Processes| {
-        ready = Some(expect_ready(crew.answer("solid")?)?);
+        ready = Some(trial.expect_ready(&mut crew)?);
         for step in 1..=STEPS {
             let passes: &[&[Part]] = match step {
                 REPEATED => &[&[Part::Save, Part::Advance], &[Part::Restore, Part::Advance, Part::Record]],
@@ -117,44 +182,27 @@ fn plain_run(trial: &Trial<'_>) -> Vec<Finding> {
             };
             for parts in passes {
                 let order = Order::Step { at: trial.at(step), parts: parts.to_vec() };
-                crew.order("solid", &order, Call::Now)?;
+                crew.order(process, &order, Call::Now)?;
                 let owed = match step {
                     AHEAD => 0,
                     _ if step == AHEAD + 1 => 2,
                     _ => 1,
                 };
                 for _ in 0..owed {
-                    let reply = crew.answer("solid")?;
+                    let reply = crew.answer(process)?;
                     if !matches!(&reply, Reply::Done(done) if done.admitted_dt > 0.0) {
                         refusal.get_or_insert(format!("step {step} was answered by {reply:?}"));
                     }
                 }
             }
         }
-        crew.ask("solid", &Order::Output { frame: 1, at: trial.at(STEPS) })?;
-        account = Some(crew.ask("solid", &Order::Stop)?);
+        crew.ask(process, &Order::Output { frame: 1, at: trial.at(STEPS) })?;
+        account = Some(crew.ask(process, &Order::Stop)?);
         crew.finish()
     };
-    let coupler = |trial: &Trial<'_>| {
-        let mut line = Line::open(&trial.names, &trial.contract)?;
-        let mut seen = Seen {
-            surface: line.surface.clone(),
-            first_motion_is_finite: true,
-            differs_after_restore: false,
-        };
-        seen.first_motion_is_finite = line.motion.iter().all(|value| value.is_finite());
-        for step in 1..=STEPS {
-            line.exchange(trial.at(step), 0.01)?;
-            if step == REPEATED {
-                let before = line.motion.clone();
-                line.exchange(trial.at(step), 0.01)?;
-                seen.differs_after_restore = before != line.motion;
-            }
-        }
-        Ok(seen)
-    };
-    let (run, seen) = trial.play(launcher, coupler);
-    let hands = finding("says hello, shakes hands, gives its surface and its motion", fault_of(&seen));
+    let (run, seen) = trial.play(launcher, watch_plain_run);
+    let called_off = matches!(seen, Err(LinkError::Aborted));
+    let hands = finding(role.handshake(), if called_off { fault_of(&run) } else { fault_of(&seen) });
     if hands.fault.is_some() {
         return vec![hands];
     }
@@ -162,10 +210,9 @@ fn plain_run(trial: &Trial<'_>) -> Vec<Finding> {
         hands,
         finding("is ready, with the time step it admits", fault_of(&run).filter(|_| ready.is_none())),
     ];
-    if let Ok(seen) = &seen {
-        findings
-            .push(finding("has the surface it has planned", surface_fault(&seen.surface, &trial.contract)));
-        let again = "another motion came after the same load";
+    if let Ok(seen) = seen {
+        findings.extend(role.offer().map(|what| finding(what, seen.offer_fault)));
+        let again = "another answer came to the same message";
         findings.push(finding(
             "repeats a step from the state kept, bit for bit",
             seen.differs_after_restore.then(|| again.to_owned()),
@@ -178,66 +225,101 @@ fn plain_run(trial: &Trial<'_>) -> Vec<Finding> {
     findings
 }
 
-fn expect_ready(reply: Reply) -> Result<Ready, Failure> {
-    match reply {
-        Reply::Ready(ready) if ready.admitted_dt > 0.0 => Ok(ready),
-        other => {
-            let what = format!("expected to be ready with a positive time step, found {other:?}");
-            Err(Failure::new(FailureClass::Process, "solid", "start", what))
+fn watch_plain_run(trial: &Trial<'_>) -> Result<Seen, LinkError> {
+    let mut line = trial.line()?;
+    let mut seen = Seen { offer_fault: line.fault(), differs_after_restore: false };
+    for step in 1..=STEPS {
+        line.exchange(trial.at(step))?;
+        if step == REPEATED {
+            let before = bits(line.answer());
+            line.exchange(trial.at(step))?;
+            seen.differs_after_restore = before != bits(line.answer());
         }
     }
+    Ok(seen)
 }
 
-fn surface_fault(surface: &Surface, contract: &Contract) -> Option<String> {
-    let nodes = surface.node_count();
-    let facets = &surface.facets;
-    let faults = [
-        (nodes != contract.node_count, format!("{nodes} nodes, {} were planned", contract.node_count)),
-        (facets.is_empty(), "no facet".to_owned()),
-        (facets.nodes.iter().any(|&node| node >= nodes), "a facet names a node that is none".to_owned()),
-        (surface.areal_mass.len() != nodes, "not one areal mass per node".to_owned()),
-        (surface.areal_mass.iter().any(|mass| *mass < 0.0), "a negative areal mass".to_owned()),
-    ];
-    faults.into_iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| what)
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// A fluid must take every kind of motion.
+fn other_responses<'b>(trials: [Result<Trial<'b>, Failure>; 2]) -> Result<Finding, Failure> {
+    let what = "takes a motion as given, and one that is known beforehand";
+    for trial in trials {
+        let trial = trial?;
+        let (run, line) = trial.play(
+            |mut crew| {
+                trial.expect_ready(&mut crew)?;
+                (1..=STEPS / 2).try_for_each(|step| trial.ask(&mut crew, step).map(drop))
+            },
+            |trial| {
+                let mut line = trial.line()?;
+                (1..=STEPS / 2).try_for_each(|step| line.exchange(trial.at(step)))
+            },
+        );
+        let fault = fault_of(&run).or(fault_of(&line));
+        if let Some(fault) = fault {
+            return Ok(finding(what, Some(format!("{:?}: {fault}", trial.response))));
+        }
+    }
+    Ok(finding(what, None))
 }
 
 /// A coupler made for another interface must be refused.
 fn another_contract(mut trial: Trial<'_>) -> Finding {
     trial.contract.end_time *= 2.0;
     let (run, line) = trial.play(
-        |mut crew| match crew.answer("solid") {
+        |mut crew| match trial.expect_ready(&mut crew) {
             Ok(reply) => {
                 let what = format!("accepted: {reply:?}");
-                Err(Failure::new(FailureClass::Bug, "solid", "start", what))
+                Err(Failure::new(FailureClass::Bug, trial.process(), "start", what))
             }
             Err(failure) if failure.class == FailureClass::Case => Ok(()),
             Err(failure) => Err(failure),
         },
-        |trial| Line::open(&trial.names, &trial.contract).map(drop),
+        |trial| trial.line().map(drop),
     );
     let accepted = matches!(line, Ok(())).then(|| "the coupler's end was accepted".to_owned());
     finding("refuses a contract that differs from its own, exit 2", fault_of(&run).or(accepted))
 }
 
-/// A message of another step must end the run, not be taken for the one expected.
-fn another_step(trial: &Trial<'_>) -> Finding {
-    let (run, _) = trial.play(
+/// A bad message must end the run, not be taken for the one expected.
+fn forged_message(trial: &Trial<'_>, forgery: &Forgery) -> Finding {
+    let is_sent = AtomicBool::new(false);
+    let refused = |crew: &mut Processes| {
+        trial.expect_ready(crew)?;
+        // The program reads it when it is ordered to, whatever is done to it meanwhile.
+        let start = Instant::now();
+        while !is_sent.load(Ordering::Relaxed) && start.elapsed() < TIMEOUT {
+            std::thread::sleep(PAUSE);
+        }
+        let start = Instant::now();
+        let refusal = trial.expect_refusal(trial.ask(crew, 1))?;
+        // Its words say what it expected and found, in its answer or as the last it printed.
+        let is_said = refusal.to_string().contains(forgery.words);
+        if is_said && start.elapsed() < TIMEOUT { Ok(()) } else { Err(refusal) }
+    };
+    let is_over = AtomicBool::new(false);
+    let (run, line) = trial.play(
         |mut crew| {
-            expect_ready(crew.answer("solid")?)?;
-            let order = Order::Step { at: trial.at(1), parts: vec![Part::Advance] };
-            match crew.ask("solid", &order) {
-                Ok(reply) => {
-                    let what = format!("took it: {reply:?}");
-                    Err(Failure::new(FailureClass::Bug, "solid", "advance", what))
-                }
-                // Its words say what it expected and found, in its answer or as the last it printed.
-                Err(failure) if failure.to_string().contains("found 7") => Ok(()),
-                Err(failure) => Err(failure),
-            }
+            let done = refused(&mut crew);
+            is_over.store(true, Ordering::Relaxed);
+            done
         },
-        |trial| Line::open(&trial.names, &trial.contract)?.give_load(trial.at(7), 0.01),
+        |trial| {
+            let link = Box::new(Forger { link: trial.connect()?, names: &trial.names, forgery });
+            let mut line = trial.terms().shake_hands(link)?;
+            line.give(trial.at(1))?;
+            is_sent.store(true, Ordering::Relaxed);
+            // What is sent goes with its sender.
+            while !is_over.load(Ordering::Relaxed) {
+                std::thread::sleep(PAUSE);
+            }
+            Ok(())
+        },
     );
-    finding("refuses the message of another step, saying so", fault_of(&run))
+    finding(forgery.what, fault_of(&run).or(fault_of(&line)))
 }
 
 /// A run that is called off while it waits for data must end by itself.
@@ -245,16 +327,31 @@ fn called_off(trial: &Trial<'_>) -> Finding {
     let mut took = TIMEOUT;
     let (run, _) = trial.play(
         |mut crew| {
-            expect_ready(crew.answer("solid")?)?;
-            crew.order("solid", &Order::Step { at: trial.at(1), parts: vec![Part::Advance] }, Call::Now)?;
+            trial.expect_ready(&mut crew)?;
+            let order = Order::Step { at: trial.at(1), parts: vec![Part::Advance] };
+            crew.order(trial.process(), &order, Call::Now)?;
             let start = Instant::now();
             crew.call_off();
             took = start.elapsed();
             Ok(())
         },
-        |trial| Line::open(&trial.names, &trial.contract).map(drop),
+        |trial| trial.line().map(drop),
     );
     let late = (took > CALL_OFF).then(|| format!("took {:.1} s", took.as_secs_f64()));
     let forced = (took > Duration::from_millis(900)).then(|| "had to be ended by a signal".to_owned());
     finding("ends by itself when the run is called off", fault_of(&run).or(late).or(forced))
+}
+
+/// A coupler that falls silent, or is gone, must be given up.
+fn silent_coupler(trial: &Trial<'_>) -> Finding {
+    let (run, _) = trial.play(
+        |mut crew| {
+            trial.expect_ready(&mut crew)?;
+            let start = Instant::now();
+            let refusal = trial.expect_refusal(trial.ask(&mut crew, 1))?;
+            if start.elapsed() < SILENCE + GIVING_UP { Ok(()) } else { Err(refusal) }
+        },
+        |trial| trial.line().map(drop),
+    );
+    finding("gives up a coupler that is silent for longer than --silence", fault_of(&run))
 }
