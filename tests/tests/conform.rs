@@ -24,7 +24,7 @@ fn kept(output: Output) -> usize {
 fn the_stub_and_the_elastic_solid_keep_the_contract() {
     let headline = workspace().join("cases/dam-break-elastic/plane.toml");
     for (name, case) in [("solid-rigid", None), ("solid-fem", Some(headline.as_path()))] {
-        assert_eq!(kept(conform(name, "", case)), 16, "{name}");
+        assert_eq!(kept(conform(name, "", case)), 17, "{name}");
     }
 }
 
@@ -33,7 +33,7 @@ fn the_water_keeps_the_contract() {
     let mut command = Command::new(program("tidewall"));
     command.arg("conform").arg(program("fluid-isph")).args(["--role", "fluid"]);
     // With points, and with the dummy mesh.
-    assert_eq!(kept(command.output().expect("tidewall is built")), 17 + 16);
+    assert_eq!(kept(command.output().expect("tidewall is built")), 18 + 17);
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn a_wall_written_in_python_keeps_the_contract_and_runs() {
         println!("skipped: python3 with the package iceoryx2 (pip install iceoryx2==0.10.0) is not there");
         return;
     }
-    assert_eq!(kept(conform_python("spring_wall.py", "solid", "spring-wall.toml")), 16);
+    assert_eq!(kept(conform_python("spring_wall.py", "solid", "spring-wall.toml")), 17);
     let (stage, wall) = python_stage("spring_wall.py", "solid", "spring-wall.toml");
     let run = stage.run("run", &["--set", &wall]).expect_code(0).expect_no_trace();
     let health = &run.json().health;
@@ -91,7 +91,7 @@ fn waves_written_in_python_keep_the_contract_and_press_as_theory_says() {
         println!("skipped: python3 with the package iceoryx2 (pip install iceoryx2==0.10.0) is not there");
         return;
     }
-    assert_eq!(kept(conform_python("wave_wall.py", "fluid", "wave-wall.toml")), 17);
+    assert_eq!(kept(conform_python("wave_wall.py", "fluid", "wave-wall.toml")), 18);
     let (stage, waves) = python_stage("wave_wall.py", "fluid", "wave-wall.toml");
     let still = ["fluid.wave_height=0.0", "solid.model=rigid", "time.end=0.1"];
     let options: Vec<_> =

@@ -167,6 +167,8 @@ fn fault_of<T>(result: &Result<T, impl ToString>) -> Option<String> {
 /// What the coupler's end has seen of a plain run.
 struct Seen {
     offer_fault: Option<String>,
+    /// Why the exchange ended before its time.
+    exchange: Result<(), LinkError>,
     differs_after_restore: bool,
 }
 
@@ -212,6 +214,8 @@ fn plain_run(trial: &Trial<'_>) -> Vec<Finding> {
     ];
     if let Ok(seen) = seen {
         findings.extend(role.offer().map(|what| finding(what, seen.offer_fault)));
+        let what = "answers every message with as many values as it must, all finite";
+        findings.push(finding(what, fault_of(&seen.exchange)));
         let again = "another answer came to the same message";
         findings.push(finding(
             "repeats a step from the state kept, bit for bit",
@@ -227,15 +231,16 @@ fn plain_run(trial: &Trial<'_>) -> Vec<Finding> {
 
 fn watch_plain_run(trial: &Trial<'_>) -> Result<Seen, LinkError> {
     let mut line = trial.line()?;
-    let mut seen = Seen { offer_fault: line.fault(), differs_after_restore: false };
-    for step in 1..=STEPS {
+    let mut seen = Seen { offer_fault: line.fault(), exchange: Ok(()), differs_after_restore: false };
+    seen.exchange = (1..=STEPS).try_for_each(|step| {
         line.exchange(trial.at(step))?;
         if step == REPEATED {
             let before = bits(line.answer());
             line.exchange(trial.at(step))?;
             seen.differs_after_restore = before != bits(line.answer());
         }
-    }
+        Ok(())
+    });
     Ok(seen)
 }
 
