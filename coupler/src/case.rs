@@ -104,6 +104,11 @@ impl Settings {
         let dimension = shared.header.dimension;
         let solid_elements = shared.solid.as_ref().map(SolidOutline::interface_elements).unwrap_or_default();
         let has_mesh = shared.fluid_side == FluidSide::DummyMesh;
+        let is_foreign = case.section("fluid").is_some_and(|fluid| fluid.has("program"));
+        if mapping == "identity" && !has_mesh && !is_foreign {
+            let what = "wall particles lie inside the structure, not on its nodes";
+            section.complain("mapping", what, "\"projection\", \"rbf\"", "");
+        }
         let why = "The fluid offers points: fluid_side = \"points\".";
         let dummy_elements = read_if(&section, has_mesh, "dummy_elements", why, || {
             section.vector(

@@ -80,8 +80,11 @@ impl Coupled {
         let outline = handshake.outline;
         let (mut fluid_link, side) = handshake.with_fluid(&settings.dummy_elements)?;
         let refuse = |what: String| Failure::new(FailureClass::Case, NAME, "mapping", what);
-        let mut mapping = Mapping::new(settings.mapping, side.reference_position(), &surface)
-            .map_err(|error| refuse(error.to_string()))?;
+        let mapping = match &side {
+            FluidSide::DummyMesh(mesh) => Mapping::new(settings.mapping, mesh.reference_position(), &surface),
+            FluidSide::Points(points) => Mapping::of_points(settings.mapping, points, &surface),
+        };
+        let mut mapping = mapping.map_err(|error| refuse(error.to_string()))?;
         let mut load = Load::new(settings.load, &side, &surface);
         if load.marker_count() == 0 && settings.load == LoadForm::Markers {
             return Err(refuse("load = \"markers\", but none of the fluid's points has an area".to_owned()));

@@ -6,7 +6,7 @@ use coupler::mapping::Mapping;
 use coupler::resultant::Resultant;
 use proptest::prelude::*;
 use protocol::case::{BoxFace, BoxRegion, SolidOutline};
-use protocol::interface::Surface;
+use protocol::interface::{Points, Surface};
 
 fn outline(dimension: usize) -> SolidOutline {
     let (min, max) = ([0.292, 0.0, 0.0], [0.304, 0.08, 0.292]);
@@ -298,7 +298,10 @@ proptest! {
     ) {
         let surface = surface(dimension, &cells);
         let points = wall_points(dimension, 40, seed);
-        let mut mapping = Mapping::new(MappingKind::Projection, &points, &surface).unwrap();
+        // Some as wide as their area, which may be that of many facets, the others as they are apart.
+        let area = (0..40).map(|i| if i % 3 == 0 { 1e-4 * (1.0 + i as f64).powi(2) } else { 0.0 }).collect();
+        let wide = Points { dimension, reference_position: points.clone(), area };
+        let mut mapping = Mapping::of_points(MappingKind::Projection, &wide, &surface).unwrap();
         let bent = rolled(dimension, &surface.reference_position, turn);
         mapping.turn(&bent);
         let mut place = vec![0.0; points.len()];
@@ -367,5 +370,25 @@ proptest! {
         for (found, expected) in place.iter().zip(turned(&points)) {
             prop_assert!((found - expected).abs() < 1e-13, "{found} {expected}");
         }
+    }
+}
+
+#[test]
+fn the_load_of_a_point_spreads_over_the_piece_of_the_surface_that_is_its_own() {
+    // 16 facets of 5 mm along the wall; a point of 20 mm at the middle of the left face, on a node.
+    let surface = surface(2, &[1, 16]);
+    let points = Points { dimension: 2, reference_position: vec![0.292, 0.04], area: vec![0.02] };
+    let mapping = Mapping::of_points(MappingKind::Projection, &points, &surface).unwrap();
+    let mut given = vec![0.0; surface.reference_position.len()];
+    mapping.gather_load(&[8.0, 0.0], &mut given);
+    let mut loads: Vec<(f64, f64)> =
+        surface.reference_position.chunks(2).zip(given.chunks(2)).map(|(x, f)| (x[1], f[0])).collect();
+    loads.retain(|load| load.1 != 0.0);
+    loads.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Four samples in the middle of four facets: half of each at either node.
+    let expected = [(0.03, 1.0), (0.035, 2.0), (0.04, 2.0), (0.045, 2.0), (0.05, 1.0)];
+    assert_eq!(loads.len(), expected.len());
+    for (found, expected) in loads.iter().zip(expected) {
+        assert!((found.0 - expected.0).abs() < 1e-12 && (found.1 - expected.1).abs() < 1e-12, "{loads:?}");
     }
 }

@@ -97,6 +97,8 @@ pub fn resolve<const D: usize>(case: &CaseFile, shared: &Shared) -> Option<Scene
         .above(0.0)
         .about("Reference density of the water.")
         .default(1000.0);
+    // Who stands in the fluid's place is the launcher's to know.
+    section.pass_over(&["program"]);
     section.finish();
     // Placeholders of refused values would only bring follow-on mistakes.
     if case.diagnostics().is_empty() {

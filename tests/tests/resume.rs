@@ -127,6 +127,13 @@ fn predicted_and_parallel_walls_go_on_to_the_last_bit() {
 }
 
 #[test]
+fn points_that_turn_with_the_wall_go_on_to_the_last_bit() {
+    for keys in ["", "scheme = \"css\"\nload = \"markers\"", "scheme = \"strong\""] {
+        assert_goes_on(&with_coupling(&format!("fluid_side = \"points\"\n{keys}")), 47);
+    }
+}
+
+#[test]
 fn what_passes_have_learnt_goes_on_to_the_last_bit() {
     for acceleration in ["iqn-ils", "imvj", "aitken"] {
         let keys = format!("scheme = \"strong\"\nacceleration = \"{acceleration}\"");

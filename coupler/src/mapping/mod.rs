@@ -5,13 +5,14 @@
 //! surface hang on it by a couple (`couple.rs`), so that the moment is kept as well.
 
 mod couple;
+mod footprint;
 mod identity;
 mod nearest;
 mod projection;
 mod rbf;
 mod sparse;
 
-use protocol::interface::Surface;
+use protocol::interface::{Points, Surface};
 
 pub use projection::{feet, marker_rows};
 pub use sparse::Sparse;
@@ -71,9 +72,27 @@ impl Mapping {
     /// # Errors
     /// [`MappingError`] when the sides do not allow it.
     pub fn new(kind: MappingKind, points: &[f64], surface: &Surface) -> Result<Self, MappingError> {
+        Self::of(kind, points, |_| 0.0, surface)
+    }
+
+    /// The same of points without a mesh, each as wide as the piece of the surface that is its own.
+    ///
+    /// # Errors
+    /// [`MappingError`] when the sides do not allow it.
+    pub fn of_points(kind: MappingKind, points: &Points, surface: &Surface) -> Result<Self, MappingError> {
+        let widths = footprint::widths(points);
+        Self::of(kind, &points.reference_position, |point| widths[point], surface)
+    }
+
+    fn of(
+        kind: MappingKind,
+        points: &[f64],
+        width: impl Fn(usize) -> f64,
+        surface: &Surface,
+    ) -> Result<Self, MappingError> {
         let (rows, couples) = match kind {
             MappingKind::Identity => (identity::rows(points, surface)?, Vec::new()),
-            MappingKind::Projection => projection::rows(points, surface)?,
+            MappingKind::Projection => projection::rows(points, width, surface)?,
             MappingKind::Nearest => (nearest::rows(points, surface), Vec::new()),
             MappingKind::Rbf => (rbf::rows(points, surface)?, Vec::new()),
         };

@@ -2,12 +2,13 @@
 //! facet's own shape functions (linear on segments and triangles, bilinear on quadrilaterals); points off the surface
 //! turn with it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use protocol::interface::{Facets, InterfaceMarker, Surface};
+use rstar::primitives::GeomWithData;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-use super::couple::{Corner, Couple};
+use super::couple::{Couple, Place};
 use super::{MappingError, Rows, Sparse};
 use crate::dummy_mesh::DummyMesh;
 
@@ -38,6 +39,26 @@ impl RTreeObject for Shape {
     }
 }
 
+impl Shape {
+    /// Mean length of the edges, m.
+    fn size(&self) -> f64 {
+        let count = self.corners.len();
+        let edges = if count == 2 { 1 } else { count };
+        let edge = |k: usize| minus(&self.corners[(k + 1) % count], &self.corners[k]);
+        (0..edges).map(|k| dot(&edge(k), &edge(k)).sqrt()).sum::<f64>() / edges as f64
+    }
+
+    /// Unit vectors along the facet at right angles; in 2-D the second is not used.
+    fn tangents(&self) -> [Point; 2] {
+        let unit = |v: Point| v.map(|component| component / dot(&v, &v).sqrt());
+        let first = unit(minus(&self.corners[1], &self.corners[0]));
+        let other = minus(self.corners.last().expect("a facet has corners"), &self.corners[0]);
+        let along = dot(&other, &first);
+        let second: Point = std::array::from_fn(|axis| other[axis] - along * first[axis]);
+        [first, if self.corners.len() == 2 { second } else { unit(second) }]
+    }
+}
+
 impl PointDistance for Shape {
     fn distance_2(&self, point: &Point) -> f64 {
         let off = minus(point, &combine(&self.corners, &facet_weights(point, &self.corners)));
@@ -48,7 +69,15 @@ impl PointDistance for Shape {
 /// Distance from the surface below which a point lies on it, relative to the size of the body.
 const ON_SURFACE: f64 = 1e-9;
 
-pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Couple>), MappingError> {
+/// Samples of a footprint along one direction at most.
+const MOST_SAMPLES: f64 = 16.0;
+
+/// Rows of points, `[n, D]` m, that are as wide as `width` says, m.
+pub(super) fn rows(
+    points: &[f64],
+    width: impl Fn(usize) -> f64,
+    surface: &Surface,
+) -> Result<(Rows, Vec<Couple>), MappingError> {
     if surface.facets.is_empty() {
         return Err(MappingError::NoFacet);
     }
@@ -60,19 +89,58 @@ pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Coupl
     let mut hanging: BTreeMap<usize, Vec<(usize, Point)>> = BTreeMap::new();
     for (number, point) in points.chunks_exact(dimension).enumerate() {
         let (shape, weights) = target.nearest(point, None).expect("there is a facet");
-        let offset = minus(&padded(point), &combine(&shape.corners, &weights));
+        // Not one more for the sake of round-off.
+        let row = match (width(number) / shape.size() * (1.0 - 1e-9)).min(MOST_SAMPLES).ceil() {
+            count if count > 1.0 => target.footprint((shape, &weights), width(number), count),
+            _ => shape.nodes.iter().copied().zip(weights).collect(),
+        };
+        let foot = row.iter().fold([0.0; 3], |foot, &(node, weight)| {
+            let x = target.node(node);
+            std::array::from_fn(|axis| foot[axis] + weight * x[axis])
+        });
+        let offset = minus(&padded(point), &foot);
         if dot(&offset, &offset).sqrt() > ON_SURFACE * size {
             hanging.entry(shape.facet).or_default().push((number, offset));
         }
-        rows.push(shape.nodes.iter().copied().zip(weights).collect());
+        rows.push(row);
     }
-    let couple = |(&facet, points): (&usize, &Vec<_>)| {
-        let corners: Vec<Corner> =
-            surface.facets.facet(facet).iter().map(|&node| (node, target.node(node))).collect();
-        Couple::new(&corners, points)
+    let patches = Patches::new(&target, surface);
+    let couple = |(&facet, points): (&usize, &Vec<(usize, Point)>)| {
+        let reach = points.iter().map(|(_, offset)| dot(offset, offset).sqrt()).fold(0.0, f64::max);
+        let corners = surface.facets.facet(facet);
+        Couple::new(dimension, (corners.len(), &patches.around(facet, reach)), points)
     };
     let couples = hanging.iter().filter_map(couple).collect();
     Ok((rows, couples))
+}
+
+/// The nodes of a surface, to be found by face and place.
+struct Patches<'a> {
+    target: &'a Target<'a>,
+    facets: &'a Facets,
+    tree: RTree<GeomWithData<Point, InterfaceMarker>>,
+}
+
+impl<'a> Patches<'a> {
+    fn new(target: &'a Target<'a>, surface: &'a Surface) -> Self {
+        let markers = surface.facets.markers().into_iter();
+        let tree = markers.map(|marker| GeomWithData::new(target.node(marker.node), marker)).collect();
+        Self { target, facets: &surface.facets, tree: RTree::bulk_load(tree) }
+    }
+
+    /// The corners of a facet, then the other nodes of its face within `reach` m of its centre.
+    fn around(&self, facet: usize, reach: f64) -> Vec<Place> {
+        let corners = self.facets.facet(facet);
+        let mut nodes = corners.to_vec();
+        let places: Vec<_> = corners.iter().map(|&node| self.target.node(node)).collect();
+        let centre = combine(&places, &vec![1.0 / corners.len() as f64; corners.len()]);
+        let near = self.tree.locate_within_distance(centre, reach * reach).map(|found| found.data);
+        nodes.extend(near.filter(|marker| marker.face == self.facets.face[facet]).map(|marker| marker.node));
+        nodes[corners.len()..].sort_unstable();
+        let mut seen = BTreeSet::new();
+        nodes.retain(|&node| seen.insert(node));
+        nodes.into_iter().map(|node| (node, self.target.node(node))).collect()
+    }
 }
 
 /// For every point the solid's markers at its foot, on the face under it, with weights.
@@ -119,6 +187,26 @@ impl<'a> Target<'a> {
 
     fn node(&self, node: usize) -> Point {
         padded(&self.position[node * self.dimension..][..self.dimension])
+    }
+
+    /// The mean row of `count` samples (in space its square) of a footprint of this width, m, about a foot on a facet.
+    fn footprint(&self, (shape, weights): (&Shape, &[f64]), width: f64, count: f64) -> Vec<(usize, f64)> {
+        let foot = combine(&shape.corners, weights);
+        let [first, second] = shape.tangents();
+        let steps = |is_wanted: bool| if is_wanted { count as usize } else { 1 };
+        let place = |step: usize, steps: usize| width * ((step as f64 + 0.5) / steps as f64 - 0.5);
+        let (along, up) = (steps(true), steps(self.dimension == 3));
+        let mut row = BTreeMap::new();
+        for (i, j) in (0..along).flat_map(|i| (0..up).map(move |j| (i, j))) {
+            let (a, b) = (place(i, along), place(j, up));
+            let sample: Point = std::array::from_fn(|axis| foot[axis] + a * first[axis] + b * second[axis]);
+            let (under, weights) =
+                self.nearest(&sample[..self.dimension], Some(shape.face)).expect("the face has a facet");
+            for (&node, weight) in under.nodes.iter().zip(weights) {
+                *row.entry(node).or_insert(0.0) += weight / (along * up) as f64;
+            }
+        }
+        row.into_iter().collect()
     }
 
     /// The facet (of one face only, if given) nearest to `point`, and its shape functions at the nearest place; none without

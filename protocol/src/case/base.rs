@@ -12,7 +12,8 @@ use super::tree::{self, Node, Table, Value};
 const OWN: [&str; 2] = ["reference", "stress"];
 
 /// Keys that name files relative to the case, by section.
-const FILES: [(&str, &str); 3] = [("solid", "mesh"), ("solid", "program"), ("obstacle", "file")];
+const FILES: [(&str, &str); 4] =
+    [("fluid", "program"), ("solid", "mesh"), ("solid", "program"), ("obstacle", "file")];
 
 /// Lays the base a case names under it; gives the mistakes found on the way.
 pub(super) fn lay_under(case: &mut Table, named: &Node, path: &Path) -> Vec<Diagnostic> {
