@@ -75,14 +75,14 @@ struct Bench<'f> {
     contract: Contract,
 }
 
-/// The middle of every facet with its area, and the place a little below it in the wall.
+/// The middle of every facet with its area, and the place 5 mm below it in the wall.
 fn points_on(surface: &Surface) -> Points {
     let mut points = Points { dimension: 3, ..Points::default() };
     for facet in 0..surface.facets.len() {
         let corner = |&node: &usize| &surface.reference_position[3 * node..3 * node + 3];
         let corners: Vec<_> = surface.facets.facet(facet).iter().map(corner).collect();
         let centre = [0, 1, 2].map(|axis| corners.iter().map(|x| 0.25 * x[axis]).sum::<f64>());
-        let inwards = if centre[0] > 1.05 { -0.02 } else { 0.02 };
+        let inwards = if centre[0] > 1.05 { -0.005 } else { 0.005 };
         points.reference_position.extend(centre);
         points.reference_position.extend([centre[0] + inwards, centre[1], centre[2]]);
         points.area.extend([2.0 / surface.facets.len() as f64, 0.0]);

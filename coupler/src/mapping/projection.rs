@@ -69,6 +69,9 @@ impl PointDistance for Shape {
 /// Distance from the surface below which a point lies on it, relative to the size of the body.
 const ON_SURFACE: f64 = 1e-9;
 
+/// Nodes of a patch beside the corners of its facet at most.
+const MOST_OTHERS: usize = 12;
+
 /// Samples of a footprint along one direction at most.
 const MOST_SAMPLES: f64 = 16.0;
 
@@ -128,17 +131,19 @@ impl<'a> Patches<'a> {
         Self { target, facets: &surface.facets, tree: RTree::bulk_load(tree) }
     }
 
-    /// The corners of a facet, then the other nodes of its face within `reach` m of its centre.
+    /// The corners of a facet, then other nodes of its face within `reach` m of its centre: all, or as many of them as the
+    /// noise of a rotation asks for.
     fn around(&self, facet: usize, reach: f64) -> Vec<Place> {
         let corners = self.facets.facet(facet);
         let mut nodes = corners.to_vec();
         let places: Vec<_> = corners.iter().map(|&node| self.target.node(node)).collect();
         let centre = combine(&places, &vec![1.0 / corners.len() as f64; corners.len()]);
         let near = self.tree.locate_within_distance(centre, reach * reach).map(|found| found.data);
-        nodes.extend(near.filter(|marker| marker.face == self.facets.face[facet]).map(|marker| marker.node));
-        nodes[corners.len()..].sort_unstable();
-        let mut seen = BTreeSet::new();
-        nodes.retain(|&node| seen.insert(node));
+        let is_other = |marker: &InterfaceMarker| {
+            marker.face == self.facets.face[facet] && !corners.contains(&marker.node)
+        };
+        let others: BTreeSet<_> = near.filter(is_other).map(|marker| marker.node).collect();
+        nodes.extend(others.iter().step_by(others.len().div_ceil(MOST_OTHERS).max(1)));
         nodes.into_iter().map(|node| (node, self.target.node(node))).collect()
     }
 }
