@@ -392,3 +392,31 @@ fn the_load_of_a_point_spreads_over_the_piece_of_the_surface_that_is_its_own() {
         assert!((found.0 - expected.0).abs() < 1e-12 && (found.1 - expected.1).abs() < 1e-12, "{loads:?}");
     }
 }
+
+#[test]
+fn a_point_inside_a_wall_follows_both_its_faces_by_how_near_they_are() {
+    // The wall is 12 mm thick: the points stand 3 mm inside the left face and 2 mm below the top.
+    let surface = surface(2, &[2, 16]);
+    let reference = vec![0.295, 0.04, 0.298, 0.078];
+    let points = Points { dimension: 2, reference_position: reference.clone(), area: vec![0.0; 2] };
+    let mut mapping = Mapping::of_points(MappingKind::Projection, &points, &surface).unwrap();
+    // Squeezed to two thirds: each face comes 2 mm in.
+    let squeeze = |x: &[f64]| [(0.298 - x[0]) / 3.0, 0.0];
+    let displacement: Vec<f64> = surface.reference_position.chunks(2).flat_map(squeeze).collect();
+    let present: Vec<f64> =
+        surface.reference_position.iter().zip(&displacement).map(|(x, u)| x + u).collect();
+    mapping.turn(&present);
+    let mut place = vec![0.0; 4];
+    mapping.place(&reference, &displacement, &mut place);
+    for (found, expected) in place.iter().zip([0.296, 0.04, 0.298, 0.078]) {
+        assert!((found - expected).abs() < 1e-12, "{place:?}");
+    }
+    // The faces bear its load as a beam's supports do.
+    let mut given = vec![0.0; surface.reference_position.len()];
+    mapping.gather_load(&[4.0, 0.0, 0.0, 0.0], &mut given);
+    let on = |x: f64| -> f64 {
+        let nodes = surface.reference_position.chunks(2).zip(given.chunks(2));
+        nodes.filter(|(place, _)| (place[0] - x).abs() < 1e-9).map(|(_, force)| force[0]).sum()
+    };
+    assert!((on(0.292) - 3.0).abs() < 1e-12 && (on(0.304) - 1.0).abs() < 1e-12, "{given:?}");
+}

@@ -32,7 +32,7 @@ pub(super) struct Couple {
     points: Vec<Hanging>,
 }
 
-/// One point of the fluid's side.
+/// One point of the fluid's side, its offsets times the share of it that hangs here.
 #[derive(Debug, Clone)]
 struct Hanging {
     point: usize,
@@ -46,17 +46,17 @@ struct Hanging {
 const MOST_STEPS: usize = 20;
 
 impl Couple {
-    /// Hangs points, each at an offset from its foot, on a patch: the corners of a facet, and then the other nodes of it;
-    /// `None` for one without extent.
+    /// Hangs points, each at an offset from its foot and with the share of it that hangs here, on a patch: the corners of a
+    /// facet, and then the other nodes of it; `None` for one without extent.
     pub(super) fn new(
         dimension: usize,
         (corners, patch): (usize, &[Place]),
-        points: &[(usize, [f64; 3])],
+        points: &[(usize, [f64; 3], f64)],
     ) -> Option<Self> {
         let mut arms: Vec<_> = patch.iter().map(|place| Vector3::from(place.1)).collect();
         about_centre(&mut arms);
-        let hang = |&(point, offset): &(usize, [f64; 3])| {
-            let offset = Vector3::from(offset);
+        let hang = |&(point, offset, share): &(usize, [f64; 3], f64)| {
+            let offset = share * Vector3::from(offset);
             Hanging { point, reference: offset, offset }
         };
         Some(Self {
@@ -192,7 +192,7 @@ mod tests {
     fn couple() -> Couple {
         let corners = [[0.0, 0.0, 0.0], [2.0, 0.1, 0.3], [2.2, 3.0, 0.0], [-0.4, 2.5, 0.5], [3.0, -1.0, 0.1]];
         let patch: Vec<Place> = corners.into_iter().enumerate().collect();
-        Couple::new(3, (4, &patch), &[(0, [0.0, 0.0, 1.0])]).unwrap()
+        Couple::new(3, (4, &patch), &[(0, [0.0, 0.0, 1.0], 1.0)]).unwrap()
     }
 
     /// R where the patch is moved by a matrix.

@@ -5,6 +5,7 @@
 //! surface hang on it by a couple (`couple.rs`), so that the moment is kept as well.
 
 mod couple;
+mod facet;
 mod footprint;
 mod identity;
 mod nearest;
@@ -72,7 +73,7 @@ impl Mapping {
     /// # Errors
     /// [`MappingError`] when the sides do not allow it.
     pub fn new(kind: MappingKind, points: &[f64], surface: &Surface) -> Result<Self, MappingError> {
-        Self::of(kind, points, |_| 0.0, surface)
+        Self::of(kind, points, surface, || projection::rows(points, surface))
     }
 
     /// The same of points without a mesh, each as wide as the piece of the surface that is its own.
@@ -80,19 +81,21 @@ impl Mapping {
     /// # Errors
     /// [`MappingError`] when the sides do not allow it.
     pub fn of_points(kind: MappingKind, points: &Points, surface: &Surface) -> Result<Self, MappingError> {
-        let widths = footprint::widths(points);
-        Self::of(kind, &points.reference_position, |point| widths[point], surface)
+        let position = &points.reference_position;
+        Self::of(kind, position, surface, || {
+            projection::rows_of_points(position, &footprint::widths(points), surface)
+        })
     }
 
     fn of(
         kind: MappingKind,
         points: &[f64],
-        width: impl Fn(usize) -> f64,
         surface: &Surface,
+        project: impl FnOnce() -> Result<(Rows, Vec<Couple>), MappingError>,
     ) -> Result<Self, MappingError> {
         let (rows, couples) = match kind {
             MappingKind::Identity => (identity::rows(points, surface)?, Vec::new()),
-            MappingKind::Projection => projection::rows(points, width, surface)?,
+            MappingKind::Projection => project()?,
             MappingKind::Nearest => (nearest::rows(points, surface), Vec::new()),
             MappingKind::Rbf => (rbf::rows(points, surface)?, Vec::new()),
         };
