@@ -1,7 +1,7 @@
 //! Points off the solid's surface turn with the patch of it under them, and their load comes back with the moment it has.
 //!
-//! A patch is a facet and, where the points are farther off than that is long, the nodes around it as far as they are: a
-//! rotation taken from a shorter arm would carry the noise of the nodes to the points enlarged. It turns by the rotation R
+//! A patch is a facet and, where the points are off by more than a part of its length, nodes around it: a rotation taken from
+//! a short arm would carry the noise of the nodes to the points enlarged. It turns by the rotation R
 //! nearest to its motion (Kabsch 1976, Acta Cryst. A 32, 922): with R_a and r_a the places of its nodes about their centre,
 //! in the unloaded body and now, and q_a = R R_a, it is the one with sum q_a x r_a = 0. Its rate is
 //! omega = J^-1 sum q_a x v_a with J = sum (q_a . r_a) I - q_a r_a', symmetric for that R. A point at the offset D of the
@@ -46,17 +46,17 @@ struct Hanging {
 const MOST_STEPS: usize = 20;
 
 impl Couple {
-    /// Hangs points, each at an offset from its foot and with the share of it that hangs here, on a patch: the corners of a
+    /// Hangs points, each at an offset from its foot (times the share of it that hangs here), on a patch: the corners of a
     /// facet, and then the other nodes of it; `None` for one without extent.
     pub(super) fn new(
         dimension: usize,
         (corners, patch): (usize, &[Place]),
-        points: &[(usize, [f64; 3], f64)],
+        points: &[(usize, [f64; 3])],
     ) -> Option<Self> {
         let mut arms: Vec<_> = patch.iter().map(|place| Vector3::from(place.1)).collect();
         about_centre(&mut arms);
-        let hang = |&(point, offset, share): &(usize, [f64; 3], f64)| {
-            let offset = share * Vector3::from(offset);
+        let hang = |&(point, offset): &(usize, [f64; 3])| {
+            let offset = Vector3::from(offset);
             Hanging { point, reference: offset, offset }
         };
         Some(Self {
@@ -192,7 +192,7 @@ mod tests {
     fn couple() -> Couple {
         let corners = [[0.0, 0.0, 0.0], [2.0, 0.1, 0.3], [2.2, 3.0, 0.0], [-0.4, 2.5, 0.5], [3.0, -1.0, 0.1]];
         let patch: Vec<Place> = corners.into_iter().enumerate().collect();
-        Couple::new(3, (4, &patch), &[(0, [0.0, 0.0, 1.0], 1.0)]).unwrap()
+        Couple::new(3, (4, &patch), &[(0, [0.0, 0.0, 1.0])]).unwrap()
     }
 
     /// R where the patch is moved by a matrix.
