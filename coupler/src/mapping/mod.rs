@@ -137,8 +137,10 @@ impl Mapping {
     /// Work of nodal forces on the fluid's side, `[n, D]` N, along H source, J.
     pub fn work(&self, force: &[f64], source: impl Fn(usize) -> f64 + Sync) -> f64 {
         let dimension = self.dimension;
-        let couples = self.couples.iter().map(|couple| couple.work(dimension, force, &source)).sum::<f64>();
-        self.rows.product(dimension, force, &source) + couples
+        let turning = parallel::sum(0..self.couples.len(), &|couples| {
+            self.couples[couples].iter().map(|couple| couple.work(dimension, force, &source)).sum::<f64>()
+        });
+        self.rows.product(dimension, force, &source) + turning
     }
 
     /// A number per node to the fluid's side, `[n]`.

@@ -38,6 +38,9 @@ const ON_SURFACE: f64 = 1e-9;
 /// Cosine between the ways to two faces of a body from a point inside, above which they do not lie on opposite sides of it.
 const OPPOSITE: f64 = -0.7;
 
+/// How many times as far away as the near face an opposite one still matters to a point inside.
+const THICK: f64 = 16.0;
+
 /// How far a patch reaches from the middle of its facet, in levers of the farthest point on it: half of it lets the walls of the
 /// soft obstacle breathe and doubles the load jump of css.
 const LEVERS: f64 = 4.0;
@@ -224,7 +227,7 @@ impl<'a> Target<'a> {
         let faces = self.faces.keys().filter(|&&face| face != near.facet.face);
         let is_opposite = |foot: &Foot<'_>| {
             let cosine = dot(&foot.offset, &near.offset) / (foot.distance() * near.distance());
-            foot.is_inside() && cosine < OPPOSITE
+            foot.is_inside() && cosine < OPPOSITE && foot.distance() < THICK * near.distance()
         };
         let feet = faces.filter_map(|&face| self.nearest_on(face, point)).filter(is_opposite);
         feet.min_by(|a, b| a.distance().total_cmp(&b.distance()))
