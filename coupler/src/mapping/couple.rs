@@ -1,9 +1,9 @@
 //! Points off the solid's surface turn with the patch of it under them, and their load comes back with the moment it has.
 //!
 //! A patch is a facet and, where the points are off by more than a part of its length, nodes around it: a rotation taken from
-//! a short arm would carry the noise of the nodes to the points enlarged. It turns by the rotation R
-//! nearest to its motion (Kabsch 1976, Acta Cryst. A 32, 922): with R_a and r_a the places of its nodes about their centre,
-//! in the unloaded body and now, and q_a = R R_a, it is the one with sum q_a x r_a = 0. Its rate is
+//! a short arm would carry the noise of the nodes to the points enlarged. It turns by the rotation R nearest to its motion
+//! (Kabsch 1976, Acta Cryst. A 32, 922): with R_a and r_a the places of its nodes about their centre, in the unloaded body
+//! and now, and q_a = R R_a, it is the one with sum q_a x r_a = 0. Its rate is
 //! omega = J^-1 sum q_a x v_a with J = sum (q_a . r_a) I - q_a r_a', symmetric for that R. A point at the offset D of the
 //! unloaded body stands at d = R D and moves with omega x d; its force f returns the couple m = d x f as forces
 //! (J^-1 m) x q_a, which sum to zero and have the moment m about the centre. That is the transpose, so force, moment and

@@ -46,7 +46,7 @@ const THICK: f64 = 16.0;
 const LEVERS: f64 = 4.0;
 
 /// Nodes of a patch beside the corners of its facet at most.
-const MOST_OTHERS: usize = 12;
+const MOST_OTHERS: usize = 4;
 
 /// Samples of a footprint along one direction at most.
 const MOST_SAMPLES: f64 = 16.0;
