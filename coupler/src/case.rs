@@ -183,7 +183,7 @@ fn read_if<T>(
         return Some(read());
     }
     if !section.pass_over(&[key]).is_empty() {
-        section.complain(key, "has no use with this scheme", "absent", why);
+        section.complain(key, "has no use here", "absent", why);
     }
     None
 }

@@ -86,7 +86,7 @@ fn a_key_of_another_scheme_is_refused_with_the_reason() {
     let stage = Stage::new(&scene::coupled());
     let options = ["--set", "coupling.scheme=robin", "--set", "coupling.tolerance=1e-3"];
     let refused = stage.run("refused", &options).expect_code(2);
-    assert!(refused.stderr.contains("has no use with this scheme"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("has no use here"), "{}", refused.stderr);
 }
 
 #[test]
