@@ -5,7 +5,7 @@
 //!
 //! Wall time of a whole step (orders, four data messages, the coupler's phases) less the computing of fluid and solid, and the
 //! coupler's own CPU time, for a plate in space with matching meshes of 4,500 and 100,000 interface nodes, and with two points of
-//! the fluid for every facet of the structure, one on it with an area and one inside the wall, which turns with it.
+//! the fluid for every facet of the structure, one on it with an area and one inside the wall, between its faces.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -24,7 +24,8 @@ fn column(run: &Finished, file: &str, name: &str) -> Vec<f64> {
 #[test]
 fn the_structure_moves_as_with_a_dummy_mesh_and_the_balance_is_kept_to_round_off() {
     let stage = Stage::new(&scene::coupled());
-    for (load, tolerance) in [("pair", 0.004), ("markers", 0.03)] {
+    // Where no facet is shorter than a point is wide, both ways carry pair forces alike; markers lie elsewhere.
+    for (load, tolerance) in [("pair", 1e-6), ("markers", 0.03)] {
         let option = format!("coupling.load={load}");
         let mesh = stage.run(&format!("mesh-{load}"), &["--set", &option]).expect_code(0);
         let expected = column(&mesh, "tip.csv", "ux_m");

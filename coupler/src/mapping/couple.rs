@@ -32,7 +32,7 @@ pub(super) struct Couple {
     points: Vec<Hanging>,
 }
 
-/// One point of the fluid's side, its offsets times the share of it that hangs here.
+/// One point of the fluid's side.
 #[derive(Debug, Clone)]
 struct Hanging {
     point: usize,
@@ -46,8 +46,8 @@ struct Hanging {
 const MOST_STEPS: usize = 20;
 
 impl Couple {
-    /// Hangs points, each at an offset from its foot (times the share of it that hangs here), on a patch: the corners of a
-    /// facet, and then the other nodes of it; `None` for one without extent.
+    /// Hangs points, each at an offset from the mean it follows, on a patch: the corners of a facet, and then the other
+    /// nodes of it; `None` for one without extent.
     pub(super) fn new(
         dimension: usize,
         (corners, patch): (usize, &[Place]),

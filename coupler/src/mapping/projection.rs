@@ -2,11 +2,10 @@
 //! facet's own shape functions (linear on segments and triangles, bilinear on quadrilaterals); points off the surface
 //! turn with it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use protocol::interface::{Facets, InterfaceMarker, Surface};
 use rstar::RTree;
-use rstar::primitives::GeomWithData;
 
 use super::couple::{Couple, Place};
 use super::facet::{Facet, Point, combine, dot, minus, padded};
@@ -29,24 +28,15 @@ struct Foot<'t> {
     offset: Point,
 }
 
-/// A point that hangs on a facet: its number, and its offset from the foot times the share of it that hangs there, m.
-type Hung = (usize, Point);
-
 /// Distance from the surface below which a point lies on it, relative to the size of the body.
 const ON_SURFACE: f64 = 1e-9;
 
 /// Cosine between the ways to two faces of a body from a point inside, above which they do not lie on opposite sides of it.
 const OPPOSITE: f64 = -0.7;
 
-/// How many times as far away as the near face an opposite one still matters to a point inside.
-const THICK: f64 = 16.0;
-
-/// How far a patch reaches from the middle of its facet, in levers of the farthest point on it: half of it lets the walls of the
-/// soft obstacle breathe and doubles the load jump of css.
-const LEVERS: f64 = 4.0;
-
-/// Nodes of a patch beside the corners of its facet at most.
-const MOST_OTHERS: usize = 4;
+/// How far a patch reaches from the middle of its facet, in levers of the farthest point on it: its rotation carries at most
+/// half the noise of its nodes to that.
+const LEVERS: f64 = 2.0;
 
 /// Samples of a footprint along one direction at most.
 const MOST_SAMPLES: f64 = 16.0;
@@ -56,22 +46,23 @@ pub(super) fn rows(points: &[f64], surface: &Surface) -> Result<(Rows, Vec<Coupl
     tie(points, surface, |target, _, point| vec![(target.nearest(point), 1.0, 0.0)])
 }
 
-/// Rows of points without a mesh, `[n, D]` m, as wide as `widths` says, m. Those inside a body that has an opposite face follow
-/// both its faces, by how near they are to each.
+/// Rows of points without a mesh, `[n, D]` m, as wide as `widths` says, m. Those between two faces of a body keep their place
+/// between these, as in a cell from the one to the other.
 pub(super) fn rows_of_points(
     points: &[f64],
     widths: &[f64],
     surface: &Surface,
 ) -> Result<(Rows, Vec<Couple>), MappingError> {
-    tie(points, surface, |target, number, point| {
-        let near = target.nearest(point);
-        let Some(far) = target.opposite(point, &near) else { return vec![(near, 1.0, widths[number])] };
-        let share = near.distance() / (near.distance() + far.distance());
-        vec![(near, 1.0 - share, widths[number]), (far, share, widths[number])]
+    tie(points, surface, |target, number, point| match target.between(point) {
+        Some((near, far)) => {
+            let share = near.distance() / (near.distance() + far.distance());
+            vec![(near, 1.0 - share, widths[number]), (far, share, widths[number])]
+        }
+        None => vec![(target.nearest(point), 1.0, widths[number])],
     })
 }
 
-/// Ties each point to its feet, each with its share and its width, m.
+/// Ties each point to its feet, each with its share and its width, m; a point that is off their mean hangs on the first.
 fn tie<'s>(
     points: &[f64],
     surface: &'s Surface,
@@ -83,65 +74,33 @@ fn tie<'s>(
     let dimension = surface.dimension;
     let target = Target::new(dimension, &surface.reference_position, &surface.facets);
     let mut rows = Rows::new();
-    // The points off the surface, facet by facet.
-    let mut hanging: BTreeMap<usize, Vec<Hung>> = BTreeMap::new();
+    // The points off the surface and their offsets, m, facet by facet.
+    let mut hanging: BTreeMap<usize, (&Facet, Vec<(usize, Point)>)> = BTreeMap::new();
     for (number, point) in points.chunks_exact(dimension).map(padded).enumerate() {
+        let feet = feet(&target, number, &point);
         let mut row = BTreeMap::new();
-        for (foot, share, width) in feet(&target, number, &point) {
-            let under = target.footprint(&foot, width);
-            let middle = under.iter().fold([0.0; 3], |middle, &(node, weight)| {
-                let x = target.node(node);
-                std::array::from_fn(|axis| middle[axis] + weight * x[axis])
-            });
-            let offset = minus(&point, &middle);
-            if dot(&offset, &offset).sqrt() > target.round_off {
-                hanging.entry(foot.facet.number).or_default().push((number, offset.map(|x| share * x)));
-            }
-            for (node, weight) in under {
+        for (foot, share, width) in &feet {
+            for (node, weight) in target.footprint(foot, *width) {
                 *row.entry(node).or_insert(0.0) += share * weight;
             }
         }
+        let mean = row.iter().fold([0.0; 3], |mean, (&node, weight)| {
+            let x = target.node(node);
+            std::array::from_fn(|axis| mean[axis] + weight * x[axis])
+        });
+        let offset = minus(&point, &mean);
+        if dot(&offset, &offset).sqrt() > target.round_off {
+            let facet = feet[0].0.facet;
+            hanging.entry(facet.number).or_insert((facet, Vec::new())).1.push((number, offset));
+        }
         rows.push(row.into_iter().collect());
     }
-    let patches = Patches::new(&target, surface);
-    let couple = |(&facet, points): (&usize, &Vec<Hung>)| {
+    let couple = |(facet, points): &(&Facet, Vec<(usize, Point)>)| {
         let lever = points.iter().map(|(_, offset)| dot(offset, offset).sqrt()).fold(0.0, f64::max);
-        let corners = surface.facets.facet(facet);
-        Couple::new(dimension, (corners.len(), &patches.around(facet, LEVERS * lever)), points)
+        Couple::new(dimension, (facet.nodes.len(), &target.patch(facet, LEVERS * lever)), points)
     };
-    let couples = hanging.iter().filter_map(couple).collect();
+    let couples = hanging.values().filter_map(couple).collect();
     Ok((rows, couples))
-}
-
-/// The nodes of a surface, to be found by face and place.
-struct Patches<'a> {
-    target: &'a Target<'a>,
-    facets: &'a Facets,
-    tree: RTree<GeomWithData<Point, InterfaceMarker>>,
-}
-
-impl<'a> Patches<'a> {
-    fn new(target: &'a Target<'a>, surface: &'a Surface) -> Self {
-        let markers = surface.facets.markers().into_iter();
-        let tree = markers.map(|marker| GeomWithData::new(target.node(marker.node), marker)).collect();
-        Self { target, facets: &surface.facets, tree: RTree::bulk_load(tree) }
-    }
-
-    /// The corners of a facet, then other nodes of its face within `reach` m of its centre: all, or as many of them as the
-    /// noise of a rotation asks for.
-    fn around(&self, facet: usize, reach: f64) -> Vec<Place> {
-        let corners = self.facets.facet(facet);
-        let mut nodes = corners.to_vec();
-        let places: Vec<_> = corners.iter().map(|&node| self.target.node(node)).collect();
-        let centre = combine(&places, &vec![1.0 / corners.len() as f64; corners.len()]);
-        let near = self.tree.locate_within_distance(centre, reach * reach).map(|found| found.data);
-        let is_other = |marker: &InterfaceMarker| {
-            marker.face == self.facets.face[facet] && !corners.contains(&marker.node)
-        };
-        let others: BTreeSet<_> = near.filter(is_other).map(|marker| marker.node).collect();
-        nodes.extend(others.iter().step_by(others.len().div_ceil(MOST_OTHERS).max(1)));
-        nodes.into_iter().map(|node| (node, self.target.node(node))).collect()
-    }
 }
 
 /// For every point the solid's markers at its foot, on the face under it, with weights.
@@ -175,6 +134,11 @@ impl Foot<'_> {
     /// Whether the point lies on the inner side of the facet.
     fn is_inside(&self) -> bool {
         dot(&self.offset, &self.facet.outwards()) < 0.0
+    }
+
+    /// Whether the point lies between this place and another.
+    fn is_opposite(&self, other: &Self) -> bool {
+        dot(&self.offset, &other.offset) < OPPOSITE * self.distance() * other.distance()
     }
 
     /// The markers at the corners of the facet, with the weights of these.
@@ -219,18 +183,43 @@ impl<'a> Target<'a> {
         Some(Foot { facet, weights, offset })
     }
 
-    /// The nearest place of the faces on the other side of a body, for a point inside.
-    fn opposite(&self, point: &Point, near: &Foot<'_>) -> Option<Foot<'_>> {
-        if near.distance() <= self.round_off || !near.is_inside() {
+    /// The places on two faces that a point inside lies between, the nearer first: of all such pairs the one across the
+    /// thinnest part of the body.
+    fn between(&self, point: &Point) -> Option<(Foot<'_>, Foot<'_>)> {
+        let is_inside = |foot: &Foot<'_>| foot.is_inside() && foot.distance() > self.round_off;
+        let mut feet: Vec<_> = self.faces.keys().filter_map(|&face| self.nearest_on(face, point)).collect();
+        feet.sort_by(|a, b| a.distance().total_cmp(&b.distance()));
+        if !is_inside(feet.first()?) {
             return None;
         }
-        let faces = self.faces.keys().filter(|&&face| face != near.facet.face);
-        let is_opposite = |foot: &Foot<'_>| {
-            let cosine = dot(&foot.offset, &near.offset) / (foot.distance() * near.distance());
-            foot.is_inside() && cosine < OPPOSITE && foot.distance() < THICK * near.distance()
-        };
-        let feet = faces.filter_map(|&face| self.nearest_on(face, point)).filter(is_opposite);
-        feet.min_by(|a, b| a.distance().total_cmp(&b.distance()))
+        feet.retain(is_inside);
+        let pairs = (0..feet.len()).flat_map(|far| (0..far).map(move |near| (near, far)));
+        let across = |&(near, far): &(usize, usize)| feet[near].distance() + feet[far].distance();
+        let opposite = pairs.filter(|&(near, far)| feet[near].is_opposite(&feet[far]));
+        let (near, far) = opposite.min_by(|a, b| across(a).total_cmp(&across(b)))?;
+        // The later one first, so that the earlier one keeps its number.
+        let far = feet.swap_remove(far);
+        Some((feet.swap_remove(near), far))
+    }
+
+    /// The corners of a facet, and the nodes of its face nearest to the places `reach` m from its middle along and up.
+    fn patch(&self, facet: &Facet, reach: f64) -> Vec<Place> {
+        let count = facet.nodes.len();
+        let middle = combine(&facet.corners, &vec![1.0 / count as f64; count]);
+        let mut nodes = facet.nodes.clone();
+        for (tangent, way) in
+            facet.tangents()[..self.dimension - 1].iter().flat_map(|t| [(t, reach), (t, -reach)])
+        {
+            let place = std::array::from_fn(|axis| middle[axis] + way * tangent[axis]);
+            let foot = self.nearest_on(facet.face, &place).expect("the face has a facet");
+            let by_weight = |a: &usize, b: &usize| foot.weights[*a].total_cmp(&foot.weights[*b]);
+            let corner = (0..foot.weights.len()).max_by(by_weight).expect("a facet has corners");
+            let node = foot.facet.nodes[corner];
+            if !nodes.contains(&node) {
+                nodes.push(node);
+            }
+        }
+        nodes.into_iter().map(|node| (node, self.node(node))).collect()
     }
 
     /// The mean row of samples (in space a square of them) of a footprint of this width, m, about a foot: one for each facet
