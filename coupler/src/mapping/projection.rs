@@ -28,6 +28,9 @@ struct Foot<'t> {
     offset: Point,
 }
 
+/// A facet, and the points that hang on it: number and offset, m.
+type Hanging<'t> = (&'t Facet, Vec<(usize, Point)>);
+
 /// Distance from the surface below which a point lies on it, relative to the size of the body.
 const ON_SURFACE: f64 = 1e-9;
 
@@ -74,8 +77,8 @@ fn tie<'s>(
     let dimension = surface.dimension;
     let target = Target::new(dimension, &surface.reference_position, &surface.facets);
     let mut rows = Rows::new();
-    // The points off the surface and their offsets, m, facet by facet.
-    let mut hanging: BTreeMap<usize, (&Facet, Vec<(usize, Point)>)> = BTreeMap::new();
+    // The points off the surface, facet by facet.
+    let mut hanging: BTreeMap<usize, Hanging<'_>> = BTreeMap::new();
     for (number, point) in points.chunks_exact(dimension).map(padded).enumerate() {
         let feet = feet(&target, number, &point);
         let mut row = BTreeMap::new();
@@ -95,7 +98,7 @@ fn tie<'s>(
         }
         rows.push(row.into_iter().collect());
     }
-    let couple = |(facet, points): &(&Facet, Vec<(usize, Point)>)| {
+    let couple = |(facet, points): &Hanging<'_>| {
         let lever = points.iter().map(|(_, offset)| dot(offset, offset).sqrt()).fold(0.0, f64::max);
         Couple::new(dimension, (facet.nodes.len(), &target.patch(facet, LEVERS * lever)), points)
     };
