@@ -50,10 +50,14 @@ fn a_program_that_breaks_it_is_told_where() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("no check report"));
 }
 
-/// Whether the Python in the path has the package the participants of `cases/participants` are written with.
+/// Whether the Python in the path has the package the participants of `cases/participants` are written with; says so if not.
 fn has_python_package() -> bool {
     let python = Command::new("python3").args(["-c", "import iceoryx2"]).output();
-    python.is_ok_and(|output| output.status.success())
+    let is_there = python.is_ok_and(|output| output.status.success());
+    if !is_there {
+        println!("skipped: python3 with the package iceoryx2 (pip install iceoryx2==0.10.0) is not there");
+    }
+    is_there
 }
 
 /// `tidewall conform` on a participant of `cases/participants` with its case.
@@ -74,7 +78,6 @@ fn python_stage(program_name: &str, role: &str, case: &str) -> (Stage, String) {
 #[test]
 fn a_wall_written_in_python_keeps_the_contract_and_runs() {
     if !has_python_package() {
-        println!("skipped: python3 with the package iceoryx2 (pip install iceoryx2==0.10.0) is not there");
         return;
     }
     assert_eq!(kept(conform_python("spring_wall.py", "solid", "spring-wall.toml")), 17);
@@ -88,7 +91,6 @@ fn a_wall_written_in_python_keeps_the_contract_and_runs() {
 #[test]
 fn waves_written_in_python_keep_the_contract_and_press_as_theory_says() {
     if !has_python_package() {
-        println!("skipped: python3 with the package iceoryx2 (pip install iceoryx2==0.10.0) is not there");
         return;
     }
     assert_eq!(kept(conform_python("wave_wall.py", "fluid", "wave-wall.toml")), 18);
